@@ -1,0 +1,112 @@
+//! The voxel grid of a volume and its place in the world.
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use crate::error::{Error, Result};
+
+/// Most voxels along one axis; keeps every voxel index exact in float32 and in the kernels' integers.
+pub const MAX_DIMENSION: usize = 1 << 15;
+/// Most voxels of a volume (8 Gi).
+pub const MAX_VOXELS: usize = 1 << 33;
+/// Smallest |det| of index→world, relative to the product of its column norms.
+const MIN_RELATIVE_DETERMINANT: f64 = 1e-6;
+
+/// A grid of `dimensions[0] × dimensions[1] × dimensions[2]` voxels.
+///
+/// Voxel (i, j, k) is stored at `(k*n1 + j)*n0 + i`; integer indices are voxel *centres*, so the volume is the box
+/// [−0.5, n−0.5] on every axis. Shear, mirroring and anisotropy are all in `index_to_world` (mm).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grid {
+    dimensions: [usize; 3],
+    index_to_world: DAffine3,
+    world_to_index: DMat3,
+}
+
+impl Grid {
+    /// A grid with any invertible index→world map.
+    ///
+    /// # Errors
+    /// `InvalidArgument` when a dimension is 0 or too large, an entry is not finite, or the map is singular:
+    /// |det| is compared with the product of the column norms, so that units do not matter.
+    pub fn new(dimensions: [usize; 3], index_to_world: DAffine3) -> Result<Self> {
+        for (axis, &n) in dimensions.iter().enumerate() {
+            if n == 0 || n > MAX_DIMENSION {
+                return Err(Error::invalid(format!("dimensions[{axis}]"), n, format!("1 … {MAX_DIMENSION}")));
+            }
+        }
+        if dimensions.iter().product::<usize>() > MAX_VOXELS {
+            let text = format!("{dimensions:?}");
+            return Err(Error::invalid("dimensions", text, format!("at most {MAX_VOXELS} voxels in all")));
+        }
+        let matrix = index_to_world.matrix3;
+        if !index_to_world.is_finite() {
+            return Err(Error::invalid("index_to_world", format!("{index_to_world:?}"), "finite numbers"));
+        }
+        let norms = matrix.x_axis.length() * matrix.y_axis.length() * matrix.z_axis.length();
+        let relative = matrix.determinant().abs() / norms;
+        // The negation also refuses NaN, which 0/0 gives for a zero column.
+        if !(relative >= MIN_RELATIVE_DETERMINANT) || !matrix.inverse().is_finite() {
+            let valid =
+                format!("columns independent: |det|/(product of column norms) ≥ {MIN_RELATIVE_DETERMINANT}");
+            return Err(Error::invalid("index_to_world", format!("singular (ratio {relative:.3e})"), valid));
+        }
+        Ok(Self { dimensions, index_to_world, world_to_index: matrix.inverse() })
+    }
+
+    /// An axis-aligned grid: `spacing` in mm, `origin` the world position of voxel (0,0,0)'s centre.
+    pub fn axis_aligned(dimensions: [usize; 3], spacing: DVec3, origin: DVec3) -> Result<Self> {
+        Self::new(dimensions, DAffine3 { matrix3: DMat3::from_diagonal(spacing), translation: origin })
+    }
+
+    /// An axis-aligned grid whose box is centred on the world origin.
+    pub fn centred(dimensions: [usize; 3], spacing: DVec3) -> Result<Self> {
+        let last = DVec3::from_array(dimensions.map(|n| n as f64 - 1.0));
+        Self::axis_aligned(dimensions, spacing, -0.5 * last * spacing)
+    }
+
+    /// Voxels along i, j, k.
+    pub fn dimensions(&self) -> [usize; 3] {
+        self.dimensions
+    }
+
+    /// Number of voxels.
+    pub fn voxel_count(&self) -> usize {
+        self.dimensions.iter().product()
+    }
+
+    /// Index → world (mm).
+    pub fn index_to_world(&self) -> DAffine3 {
+        self.index_to_world
+    }
+
+    /// The box's centre in index coordinates.
+    pub fn centre_index(&self) -> DVec3 {
+        DVec3::from_array(self.dimensions.map(|n| (n as f64 - 1.0) / 2.0))
+    }
+
+    /// The box's centre in the world, mm.
+    pub fn centre(&self) -> DVec3 {
+        self.index_to_world.transform_point3(self.centre_index())
+    }
+
+    /// A world point (mm) in index coordinates. Subtracts before it multiplies: a far origin costs no digits.
+    pub fn point_to_index(&self, world: DVec3) -> DVec3 {
+        self.world_to_index * (world - self.index_to_world.translation)
+    }
+
+    /// A world vector (mm) in index units.
+    pub fn vector_to_index(&self, world: DVec3) -> DVec3 {
+        self.world_to_index * world
+    }
+
+    /// Length in mm of a vector given in index units.
+    pub fn length_mm(&self, index: DVec3) -> f64 {
+        (self.index_to_world.matrix3 * index).length()
+    }
+
+    /// Smallest distance between neighbouring voxel centres along an axis, mm.
+    pub fn smallest_spacing(&self) -> f64 {
+        let m = self.index_to_world.matrix3;
+        m.x_axis.length().min(m.y_axis.length()).min(m.z_axis.length())
+    }
+}

@@ -1,0 +1,107 @@
+//! World→clip projection matrices: what `ProjectionUniforms` carries.
+
+use glam::{DMat3, DMat4, DVec3, DVec4};
+
+use crate::error::{Error, Result};
+use crate::geometry::DetectorPose;
+
+/// A world→clip matrix and the source it belongs to. Clip space as in Metal: the centre of pixel (i, j) is at
+/// `x = (2i+1)/width − 1`, `y = 1 − (2j+1)/height`, depth 0…1. Rays are *half-lines* from the source; for a parallel
+/// beam (the matrix's last row has no x, y, z part) they are full lines and `source` is ignored.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Projection {
+    /// World (mm) → clip.
+    pub matrix: DMat4,
+    /// The source, world mm.
+    pub source: DVec3,
+}
+
+/// How far `matrix * source` may be from (0, 0, *, 0), relative to the size of the terms summed: float32 rounding
+/// of matrix and source gives a few 1e-7.
+const SOURCE_TOLERANCE: f64 = 1e-5;
+
+impl Projection {
+    /// The projection that sends every pixel centre of the pose to that pixel.
+    ///
+    /// With K = [column_step row_step first_pixel−source], K⁻¹(p − source) = λ(a, b, 1) for a point p seen by the
+    /// (fractional) pixel (a, b); clip x, y follow from a, b, and w = λ is 0 at the source and 1 on the detector.
+    pub fn from_pose(pose: &DetectorPose, [width, height]: [usize; 2]) -> Result<Self> {
+        pose.validate()?;
+        let inverse =
+            DMat3::from_cols(pose.column_step, pose.row_step, pose.first_pixel - pose.source).inverse();
+        let (w, h) = (width as f64, height as f64);
+        let [a, b, lambda] = [inverse.row(0), inverse.row(1), inverse.row(2)];
+        let near = 1e-3; // depth 0 at 1/1000 of the way to the detector, depth 1 on it
+        let linear = [
+            2.0 / w * a + (1.0 / w - 1.0) * lambda,
+            -2.0 / h * b + (1.0 - 1.0 / h) * lambda,
+            lambda / (1.0 - near),
+            lambda,
+        ];
+        let row = |n: DVec3, constant: f64| n.extend(constant - n.dot(pose.source));
+        let rows = [
+            row(linear[0], 0.0),
+            row(linear[1], 0.0),
+            row(linear[2], -near / (1.0 - near)),
+            row(linear[3], 0.0),
+        ];
+        let matrix = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
+        Ok(Self { matrix, source: pose.source })
+    }
+
+    /// Checks that all numbers are finite, that the matrix describes rays, and that source and matrix agree.
+    pub fn validate(&self) -> Result<()> {
+        if !self.matrix.is_finite() {
+            let text = format!("{:?}", self.matrix);
+            return Err(Error::invalid("modelViewProjectionMatrix", text, "finite numbers"));
+        }
+        let [x, y, w] = self.rows();
+        let (nx, ny, nw) = (x.truncate(), y.truncate(), w.truncate());
+        if self.is_parallel() {
+            if !(nx.cross(ny).length() > 1e-6 * nx.length() * ny.length()) || w.w == 0.0 {
+                return Err(Error::invalid(
+                    "modelViewProjectionMatrix",
+                    "singular",
+                    "independent x and y rows",
+                ));
+            }
+            return Ok(());
+        }
+        let determinant = nx.cross(ny).dot(nw).abs();
+        if !(determinant > 1e-9 * nx.length() * ny.length() * nw.length()) {
+            return Err(Error::invalid(
+                "modelViewProjectionMatrix",
+                "singular",
+                "independent x, y and w rows",
+            ));
+        }
+        if !self.source.is_finite() {
+            return Err(Error::invalid("sourcePosition", self.source, "finite numbers, mm"));
+        }
+        for (name, r) in [("x", x), ("y", y), ("w", w)] {
+            let terms = (r.truncate() * self.source).extend(r.w);
+            let sum = terms.element_sum();
+            let size = terms.abs().element_sum();
+            if !(sum.abs() <= SOURCE_TOLERANCE * size) {
+                return Err(Error::invalid(
+                    "sourcePosition",
+                    self.source,
+                    format!(
+                        "the point that modelViewProjectionMatrix sends to (0, 0, *, 0); clip {name} is {sum:.3e}"
+                    ),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether all rays have one direction.
+    pub fn is_parallel(&self) -> bool {
+        self.rows()[2].truncate() == DVec3::ZERO
+    }
+
+    /// The rows for clip x, y and w.
+    pub(crate) fn rows(&self) -> [DVec4; 3] {
+        [self.matrix.row(0), self.matrix.row(1), self.matrix.row(3)]
+    }
+}
