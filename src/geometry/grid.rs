@@ -5,9 +5,9 @@ use glam::{DAffine3, DMat3, DVec3};
 use crate::error::{Error, Result};
 
 /// Most voxels along one axis; keeps every voxel index exact in float32 and in the kernels' integers.
-pub const MAX_DIMENSION: usize = 1 << 15;
+pub(crate) const MAX_DIMENSION: usize = 1 << 15;
 /// Most voxels of a volume (8 Gi).
-pub const MAX_VOXELS: usize = 1 << 33;
+pub(crate) const MAX_VOXELS: usize = 1 << 33;
 /// Smallest |det| of index→world, relative to the product of its column norms.
 const MIN_RELATIVE_DETERMINANT: f64 = 1e-6;
 

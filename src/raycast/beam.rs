@@ -1,0 +1,178 @@
+//! All rays of one view, in the index space of one grid.
+
+use glam::{DVec3, DVec4};
+
+use crate::error::Result;
+use crate::geometry::{DetectorPose, Grid, Projection, View};
+use crate::raycast::Ray;
+
+/// All rays of one view. Everything is relative to the grid's centre, in index units.
+#[derive(Debug, Clone, Copy)]
+pub struct Beam {
+    grid: Grid,
+    rays: Rays,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Rays {
+    /// Segments from the source to pixel centres; `near_pixel` tells which end is the nearer one to the volume.
+    Segments { source: DVec3, first_pixel: DVec3, column_step: DVec3, row_step: DVec3, near_pixel: bool },
+    /// Lines where two planes meet; the planes are affine in the pixel's normalised device coordinates.
+    Planes { x: DVec4, y: DVec4, w: DVec4, source: Option<DVec3>, forward: f64, size: [f64; 2] },
+}
+
+impl Beam {
+    /// The rays of `view` on a detector of `size` = width × height pixels.
+    ///
+    /// # Errors
+    /// `InvalidArgument` when the view is not valid (see `DetectorPose::validate`, `Projection::validate`).
+    pub fn new(view: &View, grid: &Grid, size: [usize; 2]) -> Result<Self> {
+        let rays = match view {
+            View::Pose(pose) => Self::segments(pose, grid, size)?,
+            View::Projection(projection) => Self::planes(projection, grid, size)?,
+        };
+        Ok(Self { grid: *grid, rays })
+    }
+
+    fn segments(pose: &DetectorPose, grid: &Grid, [width, height]: [usize; 2]) -> Result<Rays> {
+        pose.validate()?;
+        let relative = |world: DVec3| grid.point_to_index(world) - grid.centre_index();
+        let source = relative(pose.source);
+        let middle = relative(pose.pixel(0.5 * (width as f64 - 1.0), 0.5 * (height as f64 - 1.0)));
+        Ok(Rays::Segments {
+            source,
+            first_pixel: relative(pose.first_pixel),
+            column_step: grid.vector_to_index(pose.column_step),
+            row_step: grid.vector_to_index(pose.row_step),
+            near_pixel: middle.length_squared() < source.length_squared(),
+        })
+    }
+
+    fn planes(projection: &Projection, grid: &Grid, size: [usize; 2]) -> Result<Rays> {
+        projection.validate()?;
+        let to_world = grid.index_to_world();
+        let centre = grid.centre();
+        let [x, y, w] = projection.rows().map(|row| {
+            let normal = row.truncate();
+            (to_world.matrix3.transpose() * normal).extend(normal.dot(centre) + row.w)
+        });
+        // w·direction is the same for all pixels: n3·(n0×n1). Rays run towards growing w.
+        let along = w.truncate().dot(x.truncate().cross(y.truncate()));
+        let parallel = projection.is_parallel();
+        Ok(Rays::Planes {
+            x,
+            y,
+            w,
+            source: (!parallel).then(|| grid.point_to_index(projection.source) - grid.centre_index()),
+            forward: if along < 0.0 { -1.0 } else { 1.0 },
+            size: size.map(|n| n as f64),
+        })
+    }
+
+    /// The ray of pixel (column, row); fractions are points between pixel centres.
+    pub fn ray(&self, column: f64, row: f64) -> Ray {
+        let centre = self.grid.centre_index();
+        match &self.rays {
+            Rays::Segments { source, first_pixel, column_step, row_step, near_pixel } => {
+                let pixel = *first_pixel + column * *column_step + row * *row_step;
+                let direction = pixel - *source;
+                let near = if *near_pixel { pixel } else { *source };
+                let length = self.grid.length_mm(direction);
+                Ray::through(centre, near, direction, [Some(*source), Some(pixel)], length)
+            }
+            Rays::Planes { x, y, w, source, forward, size } => {
+                let clip = [(2.0 * column + 1.0) / size[0] - 1.0, 1.0 - (2.0 * row + 1.0) / size[1]];
+                let (a, b) = (*x - clip[0] * *w, *y - clip[1] * *w);
+                let (m, n) = (a.truncate(), b.truncate());
+                let direction = *forward * m.cross(n);
+                // The point of both planes that is nearest to the volume's centre.
+                let nearest = *forward * (-a.w * n.cross(direction) + b.w * m.cross(direction))
+                    / direction.length_squared();
+                Ray::through(centre, nearest, direction, [*source, None], self.grid.length_mm(direction))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DMat3, DMat4};
+
+    use super::*;
+
+    const SIZE: [usize; 2] = [37, 22];
+
+    fn oblique_grid() -> Grid {
+        let columns = DMat3::from_cols(
+            DVec3::new(-0.7, 0.02, 0.0),
+            DVec3::new(0.05, 0.69, 0.1),
+            DVec3::new(0.0, 0.3, 2.5),
+        );
+        Grid::new([64, 48, 33], DAffine3 { matrix3: columns, translation: DVec3::new(30.0, -12.0, 7.0) })
+            .expect("valid")
+    }
+
+    fn pose(grid: &Grid, distance: f64) -> DetectorPose {
+        DetectorPose {
+            row_step: DVec3::new(0.1, 0.3, 2.0),
+            ..DetectorPose::c_arm(grid.centre(), 17.0, distance, distance + 500.0, 1.5, SIZE)
+        }
+    }
+
+    #[test]
+    fn a_projection_and_its_pose_give_the_same_lines() {
+        let grid = oblique_grid();
+        for distance in [300.0, 1000.0, 1e6] {
+            let pose = pose(&grid, distance);
+            let projection = Projection::from_pose(&pose, SIZE).expect("valid");
+            let segments = Beam::new(&View::Pose(pose), &grid, SIZE).expect("valid");
+            let planes = Beam::new(&View::Projection(projection), &grid, SIZE).expect("valid");
+            for (i, j) in [(0.0, 0.0), (36.0, 0.0), (18.3, 10.2), (0.0, 21.0), (36.0, 21.0)] {
+                let (a, b) = (segments.ray(i, j), planes.ray(i, j));
+                assert_eq!(a.axis, b.axis);
+                for t in 0..2 {
+                    assert!(
+                        (a.base[t] - b.base[t]).abs() < 1e-15 * distance * distance.sqrt(),
+                        "{a:?} {b:?}"
+                    );
+                    assert!((a.slope[t] - b.slope[t]).abs() < 1e-12);
+                }
+                assert!((a.mm_per_slice - b.mm_per_slice).abs() < 1e-12 * a.mm_per_slice);
+                let source =
+                    b.limits.into_iter().find(|s| s.is_finite()).expect("a half-line starts somewhere");
+                assert!(a.limits.iter().any(|s| (s - source).abs() < 1e-6 * distance), "{a:?} {b:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn rays_pass_through_source_and_pixel() {
+        let grid = oblique_grid();
+        let pose = pose(&grid, 900.0);
+        let beam = Beam::new(&View::Pose(pose), &grid, SIZE).expect("valid");
+        for (i, j) in [(0.0, 0.0), (36.0, 21.0), (5.5, 3.25)] {
+            let ray = beam.ray(i, j);
+            for world in [pose.source, pose.pixel(i, j)] {
+                let p = grid.point_to_index(world);
+                let at = ray.at(p[ray.axis]);
+                for (t, transverse) in crate::raycast::ray::TRANSVERSE[ray.axis].into_iter().enumerate() {
+                    assert!((at[t] - p[transverse]).abs() < 1e-9);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_orthographic_matrix_gives_parallel_rays_without_a_source() {
+        let grid = Grid::centred([10, 10, 10], DVec3::ONE).expect("valid");
+        let matrix = DMat4::from_diagonal(DVec4::new(0.2, 0.2, 0.005, 1.0));
+        let projection = Projection { matrix, source: DVec3::NAN };
+        let beam = Beam::new(&View::Projection(projection), &grid, [10, 10]).expect("valid");
+        for i in 0..10 {
+            let ray = beam.ray(f64::from(i), 9.0);
+            assert_eq!((ray.axis, ray.slope), (2, [0.0, 0.0]));
+            assert!((ray.base[0] - f64::from(i)).abs() < 1e-12 && ray.base[1].abs() < 1e-12, "{ray:?}");
+            assert_eq!(ray.clip([10, 10, 10]).map(|s| s.leave - s.enter), Some(10.0));
+        }
+    }
+}

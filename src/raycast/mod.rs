@@ -1,0 +1,7 @@
+//! Rays in a volume's index space, and where they enter and leave its box. Everything is float64.
+
+mod beam;
+pub(crate) mod ray;
+
+pub use beam::Beam;
+pub use ray::{Ray, Span};
