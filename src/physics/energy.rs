@@ -8,12 +8,12 @@ pub const MAX_ENERGIES: usize = 4096;
 const SAME_ENERGY_KEV: f64 = 1e-9;
 /// Smallest step, keV: far above `SAME_ENERGY_KEV`, so that an energy names one bin.
 const MIN_STEP_KEV: f64 = 1e-6;
-/// Largest energy, keV: keeps every E_k exact to `SAME_ENERGY_KEV`.
+/// Largest energy, keV: keeps every `E_k` exact to `SAME_ENERGY_KEV`.
 const MAX_KEV: f64 = 1e6;
 
-/// Evenly spaced energies E_k = first + k·step in keV, k = 0 … count−1.
+/// Evenly spaced energies `E_k = first + k·step` in keV, k = 0 … count−1.
 ///
-/// Coefficients are values *at* E_k; a spectrum's weight k is the content of the bin centred on E_k.
+/// Coefficients are values *at* `E_k`; a spectrum's weight k is the content of the bin centred on `E_k`.
 #[derive(Debug, Clone, Copy)]
 pub struct EnergyGrid {
     first_kev: f64,
@@ -69,7 +69,7 @@ impl EnergyGrid {
         self.count
     }
 
-    /// E_k in keV, k below `count`.
+    /// `E_k` in keV, k below `count`.
     pub fn energy(&self, k: usize) -> f64 {
         self.first_kev + k as f64 * self.step_kev
     }
@@ -80,7 +80,7 @@ impl EnergyGrid {
         (0..grid.count).map(move |k| grid.energy(k))
     }
 
-    /// The k with E_k = `kev` to 1e-9 keV, if there is one.
+    /// The k with `E_k` = `kev` to 1e-9 keV, if there is one.
     pub fn index_of(&self, kev: f64) -> Option<usize> {
         let k = ((kev - self.first_kev) / self.step_kev).round();
         // NaN fails the first comparison.

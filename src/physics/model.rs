@@ -3,8 +3,8 @@
 use crate::error::Result;
 use crate::physics::{MassAttenuation, Spectrum};
 
-/// The signal behind a path, given the areal density A_m (g/cm²) of each material on it:
-/// I = I0 · Σ_k w_k exp(−τ_k), with τ_k = Σ_m (μ/ρ)_m(E_k) · A_m.
+/// The signal behind a path, given the areal density `A_m` (g/cm²) of each material on it:
+/// `I = I0 · Σ_k w_k exp(−τ_k)`, with `τ_k = Σ_m (μ/ρ)_m(E_k) · A_m`.
 ///
 /// Bins without weight are dropped, so k counts the bins that can matter. All arithmetic is float64. Areal densities
 /// are at least 0; an infinite one is opaque; NaN gives NaN.
@@ -54,18 +54,18 @@ impl SpectralModel {
         self.i0
     }
 
-    /// Relative weight w_k of each bin; they sum to 1.
+    /// Relative weight `w_k` of each bin; they sum to 1.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
 
-    /// (μ/ρ)_m(E_k) of a material (an index below `materials()`), one per bin, cm²/g.
+    /// `(μ/ρ)_m(E_k)` of a material (an index below `materials()`), one per bin, cm²/g.
     pub fn coefficients(&self, material: usize) -> &[f64] {
         &self.coefficients[material * self.bins()..(material + 1) * self.bins()]
     }
 
     /// The smallest coefficient of a material over the bins, cm²/g. What passes a path is at most
-    /// I0 · exp(−Σ_m least_m · A_m), whatever the spectrum: the bound for stopping early.
+    /// `I0 · exp(−Σ_m least_m · A_m)`, whatever the spectrum: the bound for stopping early.
     pub fn least_attenuation(&self, material: usize) -> f64 {
         self.least[material]
     }
@@ -112,7 +112,7 @@ impl SpectralModel {
         areal_density.contains(&f64::INFINITY)
     }
 
-    /// Optical depth τ_k.
+    /// Optical depth `τ_k`.
     fn tau(&self, k: usize, areal_density: &[f64]) -> f64 {
         areal_density.iter().enumerate().map(|(m, a)| self.coefficients[m * self.bins() + k] * a).sum()
     }
