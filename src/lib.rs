@@ -2,6 +2,7 @@
 
 pub mod error;
 pub mod geometry;
+pub mod physics;
 pub mod raycast;
 
 pub use error::{Error, Result};
