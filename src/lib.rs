@@ -1,8 +1,18 @@
-//! X-ray projector.
+//! X-ray projector: digitally reconstructed radiographs from CT.
 
+pub mod engine;
 pub mod error;
 pub mod geometry;
 pub mod physics;
+pub mod plan;
+mod projector;
 pub mod raycast;
+mod scene;
+pub mod volume;
 
 pub use error::{Error, Result};
+pub use projector::{Context, MAX_THREADS, Projector, ViewRequest};
+pub use scene::{Algorithm, MAX_DETECTOR, MAX_SUPERSAMPLING, STEP_RANGE, Scene};
+
+/// The library's version.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// The two axes across each driving axis, the faster one in memory first.
-pub const TRANSVERSE: [[usize; 2]; 3] = [[1, 2], [0, 2], [0, 1]];
+pub(crate) const TRANSVERSE: [[usize; 2]; 3] = [[1, 2], [0, 2], [0, 1]];
 
 /// A ray in index space. Its *driving axis* is the one along which it moves fastest in index space (the lowest of
 /// equals), so that both slopes are in [−1, 1]. `s` is the coordinate along the driving axis, (u, v) are those of
@@ -70,9 +70,13 @@ impl Ray {
         }
     }
 
-    /// (u, v) at s.
-    pub fn at(&self, s: f64) -> [f64; 2] {
-        [0, 1].map(|t| self.base[t] + self.slope[t] * (s - self.centre))
+    /// The index-space point at s.
+    pub fn point(&self, s: f64) -> [f64; 3] {
+        let mut point = [s; 3];
+        for (t, transverse) in TRANSVERSE[self.axis].into_iter().enumerate() {
+            point[transverse] = self.base[t] + self.slope[t] * (s - self.centre);
+        }
+        point
     }
 
     /// The part of the ray inside the box [−½, n−½) of a volume of these dimensions; `None` when it misses. A ray

@@ -1,0 +1,104 @@
+//! The voxels as the march reads them: lanes of partial density.
+
+use crate::engine::cpu::lanes::Lanes;
+use crate::physics::MAX_MATERIALS;
+use crate::volume::{Volume, Voxel, Voxels};
+
+/// A readable volume.
+pub(super) trait Field<L: Lanes>: Sync {
+    /// The lanes of the voxel at a flat index.
+    fn at(&self, index: usize) -> L;
+}
+
+/// Codes looked up in a table. The codes of one scan are few, so the part of the table in use stays in cache.
+pub(super) struct ByCode<'a, L> {
+    codes: &'a [u16],
+    table: &'a [L; 1 << 16],
+}
+
+impl<L: Lanes> Field<L> for ByCode<'_, L> {
+    #[inline(always)]
+    fn at(&self, index: usize) -> L {
+        self.table[usize::from(self.codes[index])]
+    }
+}
+
+/// Densities times the unit lane of the label.
+pub(super) struct ByDensity<'a, L> {
+    density: &'a [f32],
+    label: &'a [u8],
+    unit: &'a [L; MAX_MATERIALS],
+}
+
+impl<L: Lanes> Field<L> for ByDensity<'_, L> {
+    #[inline(always)]
+    fn at(&self, index: usize) -> L {
+        self.unit[usize::from(self.label[index])] * self.density[index]
+    }
+}
+
+/// Labels alone.
+pub(super) struct ByLabel<'a, L> {
+    label: &'a [u8],
+    unit: &'a [L; MAX_MATERIALS],
+}
+
+impl<L: Lanes> Field<L> for ByLabel<'_, L> {
+    #[inline(always)]
+    fn at(&self, index: usize) -> L {
+        self.unit[usize::from(self.label[index])]
+    }
+}
+
+/// What each voxel of a volume contributes to each lane.
+pub(super) enum Table<L> {
+    Code(Box<[L; 1 << 16]>),
+    Density([L; MAX_MATERIALS]),
+    Label([L; MAX_MATERIALS]),
+}
+
+/// Something to be done with a field, whatever its storage.
+pub(super) trait WithField<L: Lanes> {
+    fn run<F: Field<L>>(&mut self, field: &F);
+}
+
+impl<L: Lanes> Table<L> {
+    /// Each voxel's density, in the lane of its label; labels without a lane contribute nothing.
+    pub(super) fn densities(volume: &Volume, lane_of: &[Option<usize>; MAX_MATERIALS]) -> Self {
+        let lanes = |voxel: Voxel| L::single(lane_of[usize::from(voxel.label)], voxel.density as f32);
+        match volume.voxels() {
+            Voxels::Coded { table, .. } => Self::Code(per_code(table, lanes)),
+            Voxels::Dense { .. } => Self::Density(per_label(lanes)),
+        }
+    }
+
+    /// 1 in lane 0 for voxels of one label, 0 for all others.
+    pub(super) fn indicator(volume: &Volume, label: u8) -> Self {
+        let lanes = |voxel: Voxel| L::single((voxel.label == label).then_some(0), 1.0);
+        match volume.voxels() {
+            Voxels::Coded { table, .. } => Self::Code(per_code(table, lanes)),
+            Voxels::Dense { .. } => Self::Label(per_label(lanes)),
+        }
+    }
+
+    /// Runs `work` on the volume that this table was made for.
+    pub(super) fn read(&self, volume: &Volume, work: &mut impl WithField<L>) {
+        match (self, volume.voxels()) {
+            (Self::Code(table), Voxels::Coded { codes, .. }) => work.run(&ByCode { codes, table }),
+            (Self::Density(unit), Voxels::Dense { density, label }) => {
+                work.run(&ByDensity { density, label, unit });
+            }
+            (Self::Label(unit), Voxels::Dense { label, .. }) => work.run(&ByLabel { label, unit }),
+            _ => unreachable!("a table is only used with the volume it was made for"),
+        }
+    }
+}
+
+fn per_code<L: Lanes>(table: &[Voxel], lanes: impl Fn(Voxel) -> L) -> Box<[L; 1 << 16]> {
+    let lanes: Vec<L> = table.iter().map(|&voxel| lanes(voxel)).collect();
+    lanes.into_boxed_slice().try_into().unwrap_or_else(|_| unreachable!("there is one entry per 16-bit code"))
+}
+
+fn per_label<L: Lanes>(lanes: impl Fn(Voxel) -> L) -> [L; MAX_MATERIALS] {
+    std::array::from_fn(|label| lanes(Voxel { density: 1.0, label: label as u8 }))
+}

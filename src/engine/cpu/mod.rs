@@ -1,0 +1,213 @@
+//! The float32 engine: all cores, tiles of rays that walk through the volume together.
+
+mod field;
+mod kernel;
+mod lanes;
+mod path;
+mod signal;
+mod tile;
+
+use std::sync::Arc;
+
+use glam::Vec4;
+use rayon::prelude::*;
+
+use crate::engine::images::PixelValue;
+use crate::engine::{Engine, Images, Job, Layers, ViewJob};
+use crate::error::{Error, Result};
+use crate::physics::MAX_MATERIALS;
+use crate::plan::Plan;
+use crate::raycast::Ray;
+use crate::scene::{Algorithm, Scene};
+use crate::volume::Volume;
+use field::Table;
+use kernel::{Joseph, March, Siddon};
+use lanes::Eight;
+use path::Path;
+use signal::Signal;
+use tile::Tile;
+
+/// Rows of one parallel piece of work, and columns that walk together: their voxels fit the second-level cache.
+const BAND: usize = 8;
+const COLUMNS: usize = 32;
+
+/// Depth of every energy bin at which an early exit may stop: e⁻¹⁵ = 3e-7 of I0 is left at most.
+const OPAQUE: f64 = 15.0;
+
+/// The float32 engine, ready for one scene and one volume.
+pub struct Cpu {
+    volume: Arc<Volume>,
+    algorithm: Algorithm,
+    supersampling: usize,
+    size: [usize; 2],
+    materials: usize,
+    accumulators: Accumulators,
+    /// Label of each accumulator.
+    labels: Vec<u8>,
+    bone: Option<Table<f32>>,
+    signal: Signal,
+    threads: Arc<rayon::ThreadPool>,
+}
+
+/// The march's tables, for as many materials as the plan needs.
+enum Accumulators {
+    None,
+    One(Table<f32>),
+    Four(Table<Vec4>),
+    Eight(Table<Eight>),
+}
+
+impl Cpu {
+    /// Ready to project `volume` as `scene` and `plan` say, on the threads of `threads`.
+    ///
+    /// # Errors
+    /// `Unsupported` for [`Algorithm::Exact`].
+    pub fn new(
+        volume: Arc<Volume>,
+        scene: &Scene,
+        plan: &Plan,
+        threads: Arc<rayon::ThreadPool>,
+    ) -> Result<Self> {
+        if scene.algorithm == Algorithm::Exact {
+            return Err(Error::Unsupported("algorithm exact runs on the reference engine only".into()));
+        }
+        let labels: Vec<u8> = plan.materials.iter().map(|m| m.label).collect();
+        let mut lane_of = [None; MAX_MATERIALS];
+        labels.iter().enumerate().for_each(|(lane, &label)| lane_of[usize::from(label)] = Some(lane));
+        let accumulators = match labels.len() {
+            0 => Accumulators::None,
+            1 => Accumulators::One(Table::densities(&volume, &lane_of)),
+            2..=4 => Accumulators::Four(Table::densities(&volume, &lane_of)),
+            _ => Accumulators::Eight(Table::densities(&volume, &lane_of)),
+        };
+        let bone = scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled);
+        Ok(Self {
+            algorithm: scene.algorithm,
+            supersampling: scene.supersampling,
+            size: scene.detector,
+            materials: scene.materials.names().len(),
+            bone: bone.map(|bone| Table::indicator(&volume, bone)),
+            signal: Signal::new(&scene.spectral_model()?),
+            accumulators,
+            labels,
+            volume,
+            threads,
+        })
+    }
+
+    /// All pixels of rows `first_row …` of a view, row-major.
+    fn band(&self, view: &ViewJob, layers: Layers, first_row: usize) -> Vec<PixelValue> {
+        let [width, height] = self.size;
+        let rows = first_row..(first_row + BAND).min(height);
+        let own_signal = view.spectral.as_ref().map(Signal::new);
+        let signal = own_signal.as_ref().unwrap_or(&self.signal);
+        let mut values = vec![PixelValue::vacuum(signal.i0()); rows.len() * width];
+        for first_column in (0..width).step_by(COLUMNS) {
+            let columns = first_column..(first_column + COLUMNS).min(width);
+            let pixels: Vec<_> = rows.clone().flat_map(|j| columns.clone().map(move |i| (i, j))).collect();
+            for ((i, j), value) in pixels.iter().zip(self.tile(view, signal, layers, &pixels)) {
+                values[(j - first_row) * width + i] = value;
+            }
+        }
+        values
+    }
+
+    /// The values of some neighbouring pixels.
+    fn tile(
+        &self,
+        view: &ViewJob,
+        signal: &Signal,
+        layers: Layers,
+        pixels: &[(usize, usize)],
+    ) -> Vec<PixelValue> {
+        let n = self.supersampling;
+        let offset = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
+        let pixel_rays = |&(i, j): &(usize, usize)| {
+            (0..n * n).map(move |k| (i as f64 + offset(k % n), j as f64 + offset(k / n)))
+        };
+        let rays: Vec<Ray> = pixels.iter().flat_map(pixel_rays).map(|(i, j)| view.beam.ray(i, j)).collect();
+        // A truncated ray would be seen in every layer but the intensity and, marched on its own, the bone path.
+        let may_stop = view.early_exit && !layers.line_integral && !layers.areal_density;
+        let areal_densities = self.areal_densities(&rays, may_stop.then_some(signal));
+        let bone_paths = if layers.bone_path { self.bone_paths(&rays) } else { Vec::new() };
+        let mut depth = Vec::new();
+        let values: Vec<_> = areal_densities
+            .into_iter()
+            .enumerate()
+            .map(|(k, areal_density)| {
+                let (intensity, line_integral) = signal.of(&areal_density, &mut depth);
+                let bone_path = bone_paths.get(k).copied().unwrap_or(0.0);
+                PixelValue { intensity, line_integral, areal_density, bone_path }
+            })
+            .collect();
+        values.chunks(n * n).map(PixelValue::mean).collect()
+    }
+
+    /// Areal densities of each ray, g/cm², by label.
+    fn areal_densities(&self, rays: &[Ray], stop: Option<&Signal>) -> Vec<[f64; MAX_MATERIALS]> {
+        let labels = &self.labels;
+        let by_label = |lanes: &[f64; MAX_MATERIALS]| {
+            let mut areal = [0.0; MAX_MATERIALS];
+            labels.iter().zip(lanes).for_each(|(&label, &a)| areal[usize::from(label)] = a);
+            areal
+        };
+        let opaque = |lanes: &[f64; MAX_MATERIALS]| {
+            stop.is_some_and(|signal| signal.least_depth(&by_label(lanes)) > OPAQUE)
+        };
+        let lanes = match &self.accumulators {
+            Accumulators::None => vec![[0.0; MAX_MATERIALS]; rays.len()],
+            Accumulators::One(table) => self.integrate(table, rays, &opaque),
+            Accumulators::Four(table) => self.integrate(table, rays, &opaque),
+            Accumulators::Eight(table) => self.integrate(table, rays, &opaque),
+        };
+        lanes.iter().map(by_label).collect()
+    }
+
+    fn integrate<L: lanes::Lanes>(
+        &self,
+        table: &Table<L>,
+        rays: &[Ray],
+        opaque: &dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
+    ) -> Vec<[f64; MAX_MATERIALS]> {
+        match self.algorithm {
+            Algorithm::March { step } => {
+                Tile::new(rays, &self.volume, step).integrate(&March { step: step as f32 }, table, opaque)
+            }
+            Algorithm::Siddon => Tile::new(rays, &self.volume, 1.0).integrate(&Siddon, table, opaque),
+            Algorithm::Joseph | Algorithm::Exact => {
+                Tile::new(rays, &self.volume, 1.0).integrate(&Joseph, table, opaque)
+            }
+        }
+    }
+
+    /// Length through bone of each ray, mm.
+    fn bone_paths(&self, rays: &[Ray]) -> Vec<f64> {
+        let Some(table) = &self.bone else {
+            return Vec::new();
+        };
+        let cm = Tile::new(rays, &self.volume, 1.0).integrate(&Siddon, table, &|_| false);
+        cm.iter().map(|lanes| 10.0 * lanes[0]).collect()
+    }
+}
+
+impl Engine for Cpu {
+    fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
+        let [width, height] = self.size;
+        let mut images = Images::zeroed(self.size, job.views.len(), self.materials, job.layers)?;
+        let bands: Vec<_> =
+            (0..job.views.len()).flat_map(|v| (0..height).step_by(BAND).map(move |row| (v, row))).collect();
+        let values: Vec<_> = self.threads.install(|| {
+            let project = |&(v, row): &(usize, usize)| {
+                let values = self.band(&job.views[v], job.layers, row);
+                (job.progress)(values.len() * self.supersampling * self.supersampling);
+                values
+            };
+            bands.par_iter().map(project).collect()
+        });
+        debug_assert!(values.iter().all(|band| band.len() % width == 0));
+        for ((v, row), values) in bands.into_iter().zip(values) {
+            images.store(v, row, &values, |x| x as f32);
+        }
+        Ok(images)
+    }
+}

@@ -1,0 +1,117 @@
+//! From areal densities to the detector's signal, in float32, eight energies at a time.
+
+use crate::physics::{MAX_MATERIALS, SpectralModel};
+
+/// Energies summed side by side; the compiler makes vectors of them.
+const WIDTH: usize = 8;
+
+type Wide = [f32; WIDTH];
+
+/// A spectral model laid out for float32.
+#[derive(Debug, Clone)]
+pub(super) struct Signal {
+    i0: f64,
+    /// Weights, normalised to sum 1; the last bin is repeated with weight 0 to fill the last vector.
+    weights: Vec<Wide>,
+    /// Mass attenuation coefficients by label.
+    coefficients: Vec<Vec<Wide>>,
+    /// Smallest coefficient by label.
+    least: Vec<f64>,
+}
+
+impl Signal {
+    pub(super) fn new(model: &SpectralModel) -> Self {
+        let wide = |values: &[f64], filler: f64| -> Vec<Wide> {
+            let filled = |chunk: &[f64]| std::array::from_fn(|i| *chunk.get(i).unwrap_or(&filler) as f32);
+            values.chunks(WIDTH).map(filled).collect()
+        };
+        let coefficients = |m: usize| {
+            let values = model.coefficients(m);
+            wide(values, *values.last().unwrap_or(&0.0))
+        };
+        Self {
+            i0: model.i0(),
+            weights: wide(model.weights(), 0.0),
+            coefficients: (0..model.materials()).map(coefficients).collect(),
+            least: (0..model.materials()).map(|m| model.least_attenuation(m)).collect(),
+        }
+    }
+
+    /// Signal of a ray that meets nothing.
+    pub(super) fn i0(&self) -> f64 {
+        self.i0
+    }
+
+    /// A lower bound of the optical depth in every bin with weight.
+    pub(super) fn least_depth(&self, areal_density: &[f64; MAX_MATERIALS]) -> f64 {
+        self.least.iter().zip(areal_density).map(|(mu, a)| mu * a).sum()
+    }
+
+    /// Intensity and line integral, by log-sum-exp: with τ_k = Σ_m (μ/ρ)_m(E_k) A_m and t = min_k τ_k,
+    /// p = t − ln Σ_k w_k exp(t − τ_k), I = I0 exp(−p). Nothing overflows, and I underflows to 0 while p stays finite.
+    pub(super) fn of(&self, areal_density: &[f64; MAX_MATERIALS], depth: &mut Vec<Wide>) -> (f64, f64) {
+        depth.clear();
+        depth.resize(self.weights.len(), [0.0; WIDTH]);
+        let mut present = false;
+        for (row, &areal) in self.coefficients.iter().zip(areal_density) {
+            let areal = areal as f32;
+            if areal != 0.0 {
+                present = true;
+                for (depth, mu) in depth.iter_mut().zip(row) {
+                    (0..WIDTH).for_each(|i| depth[i] += areal * mu[i]);
+                }
+            }
+        }
+        if !present {
+            return (self.i0, 0.0);
+        }
+        let mut least = [f32::INFINITY; WIDTH];
+        for depth in &*depth {
+            (0..WIDTH).for_each(|i| least[i] = least[i].min(depth[i]));
+        }
+        let least = least.into_iter().fold(f32::INFINITY, f32::min);
+        let mut sum = [0.0; WIDTH];
+        for (weight, depth) in self.weights.iter().zip(&*depth) {
+            for i in 0..WIDTH {
+                sum[i] += weight[i] * exp_minus(depth[i] - least);
+            }
+        }
+        let beyond: f64 = sum.into_iter().map(f64::from).sum();
+        let line_integral = f64::from(least) - beyond.ln();
+        (self.i0 * (-line_integral).exp(), line_integral)
+    }
+}
+
+/// exp(−x) for x ≥ 0, relative error below 2e-7 + x·1e-7; 0 below 2⁻¹²⁶. The second term is harmless here: such a
+/// term of the sum is itself smaller by exp(−x).
+#[inline(always)]
+fn exp_minus(x: f32) -> f32 {
+    const ROUND: f32 = 12_582_912.0; // 1.5·2²³, see path::nearest
+    let y = x * -std::f32::consts::LOG2_E;
+    let kept = y.max(-126.0);
+    let shifted = kept + ROUND;
+    let r = (kept - (shifted - ROUND)) * std::f32::consts::LN_2;
+    // Taylor series of exp on |r| ≤ ln(2)/2: the first term left out is below 6e-9.
+    let series = [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0];
+    let power = series.into_iter().fold(0.0, |sum, c| sum * r + c);
+    let scale = f32::from_bits(shifted.to_bits().wrapping_add(127) << 23);
+    if y < -126.0 { 0.0 } else { power * scale }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_exponential_is_accurate_and_underflows_to_zero() {
+        for k in 0..200_000 {
+            let x = k as f32 * 4.3e-4;
+            let exact = f64::from(-x).exp();
+            let relative = (f64::from(exp_minus(x)) / exact - 1.0).abs();
+            assert!(relative < 2e-7 + 1e-7 * f64::from(x), "x = {x}: {relative}");
+        }
+        assert_eq!(exp_minus(0.0), 1.0);
+        assert_eq!(exp_minus(88.0), 0.0);
+        assert_eq!(exp_minus(f32::INFINITY), 0.0);
+    }
+}

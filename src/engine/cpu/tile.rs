@@ -1,0 +1,69 @@
+//! Some neighbouring rays, walking through the volume together, block of slices by block of slices.
+
+use crate::engine::cpu::Path;
+use crate::engine::cpu::field::{Field, Table, WithField};
+use crate::engine::cpu::kernel::Kernel;
+use crate::engine::cpu::lanes::Lanes;
+use crate::physics::MAX_MATERIALS;
+use crate::raycast::Ray;
+use crate::volume::Volume;
+
+/// The rays that hit, in order of their bins: all rays of a bin take the same steps.
+pub(super) struct Tile<'a> {
+    volume: &'a Volume,
+    rays: usize,
+    /// Each path with the number of its ray.
+    paths: Vec<(usize, Path)>,
+}
+
+struct March<'a, K, L> {
+    kernel: &'a K,
+    paths: &'a [(usize, Path)],
+    opaque: &'a dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
+    sums: Vec<[f64; MAX_MATERIALS]>,
+    lanes: std::marker::PhantomData<L>,
+}
+
+impl<'a> Tile<'a> {
+    /// Clips the rays; cells are of `step` slices.
+    pub(super) fn new(rays: &[Ray], volume: &'a Volume, step: f64) -> Self {
+        let dimensions = volume.grid().dimensions();
+        let path = |(k, ray): (usize, &Ray)| {
+            ray.clip(dimensions).map(|span| (k, Path::new(ray, span, dimensions, step)))
+        };
+        let mut paths: Vec<_> = rays.iter().enumerate().filter_map(path).collect();
+        paths.sort_by_key(|(k, path)| (path.bin, *k));
+        Self { volume, rays: rays.len(), paths }
+    }
+
+    /// ∫ dl of each ray in cm times the field's unit, lane by lane. A ray stops once `opaque` says so.
+    pub(super) fn integrate<K: Kernel, L: Lanes>(
+        &self,
+        kernel: &K,
+        table: &Table<L>,
+        opaque: &dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
+    ) -> Vec<[f64; MAX_MATERIALS]> {
+        let sums = vec![[0.0; MAX_MATERIALS]; self.rays];
+        let mut march =
+            March { kernel, paths: &self.paths, opaque, sums, lanes: std::marker::PhantomData::<L> };
+        table.read(self.volume, &mut march);
+        march.sums
+    }
+}
+
+impl<K: Kernel, L: Lanes> WithField<L> for March<'_, K, L> {
+    fn run<F: Field<L>>(&mut self, field: &F) {
+        let blocks = self.paths.iter().map(|(_, path)| K::blocks(path));
+        let (first, last) = blocks.fold((u32::MAX, 0), |(a, b), r| (a.min(*r.start()), b.max(*r.end())));
+        for block in first..=last {
+            for (k, path) in self.paths {
+                if !K::blocks(path).contains(&block) || (self.opaque)(&self.sums[*k]) {
+                    continue;
+                }
+                let mut lanes = [0.0; MAX_MATERIALS];
+                self.kernel.block::<L, F>(field, path, block).add_to(&mut lanes);
+                self.sums[*k].iter_mut().zip(lanes).for_each(|(sum, x)| *sum += x * path.cm_per_cell);
+            }
+        }
+    }
+}

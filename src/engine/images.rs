@@ -1,0 +1,151 @@
+//! What a projection returns.
+
+use crate::error::{Error, Result};
+use crate::physics::MAX_MATERIALS;
+
+/// Which layers are wanted.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Layers {
+    /// Detector signal, in the units of the spectrum's weights; a ray that meets nothing gives I0 exactly.
+    pub intensity: bool,
+    /// p = −ln(I/I0), dimensionless, finite as long as the areal densities are.
+    pub line_integral: bool,
+    /// ∫ρ dl of every material of the scene, g/cm².
+    pub areal_density: bool,
+    /// Length in mm through voxels labelled bone.
+    pub bone_path: bool,
+}
+
+/// The layers of all views. A layer that was not asked for is empty. Pixel (i, j) of view v is at
+/// `(v*height + j)*width + i`; areal densities at `((v*materials + m)*height + j)*width + i`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Images<T> {
+    /// Width and height, pixels.
+    pub size: [usize; 2],
+    /// Number of views.
+    pub views: usize,
+    /// Number of materials of the scene.
+    pub materials: usize,
+    /// See [`Layers::intensity`].
+    pub intensity: Vec<T>,
+    /// See [`Layers::line_integral`].
+    pub line_integral: Vec<T>,
+    /// See [`Layers::areal_density`].
+    pub areal_density: Vec<T>,
+    /// See [`Layers::bone_path`].
+    pub bone_path: Vec<T>,
+}
+
+/// What one ray, or the mean of a pixel's rays, came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PixelValue {
+    /// Detector signal.
+    pub intensity: f64,
+    /// −ln(I/I0).
+    pub line_integral: f64,
+    /// g/cm² by material of the scene.
+    pub areal_density: [f64; MAX_MATERIALS],
+    /// mm.
+    pub bone_path: f64,
+}
+
+impl PixelValue {
+    /// A ray that meets nothing.
+    pub(super) fn vacuum(i0: f64) -> Self {
+        Self { intensity: i0, line_integral: 0.0, areal_density: [0.0; MAX_MATERIALS], bone_path: 0.0 }
+    }
+
+    /// A pixel's value from those of its rays: the detector sums photons, so intensities are averaged, and the line
+    /// integral is that of the mean, by log-sum-exp so that it stays finite when the intensity underflows.
+    pub(super) fn mean(rays: &[Self]) -> Self {
+        if let [only] = rays {
+            return *only;
+        }
+        let mean = |value: &dyn Fn(&Self) -> f64| rays.iter().map(value).sum::<f64>() / rays.len() as f64;
+        let least = rays.iter().map(|r| r.line_integral).fold(f64::INFINITY, f64::min);
+        let beyond = mean(&|r| (least - r.line_integral).exp());
+        Self {
+            intensity: mean(&|r| r.intensity),
+            line_integral: if least.is_finite() { least - beyond.ln() } else { least },
+            areal_density: std::array::from_fn(|m| mean(&|r| r.areal_density[m])),
+            bone_path: mean(&|r| r.bone_path),
+        }
+    }
+}
+
+impl<T: Copy + Default> Images<T> {
+    /// Zeros for the wanted layers.
+    pub(super) fn zeroed(size: [usize; 2], views: usize, materials: usize, layers: Layers) -> Result<Self> {
+        let pixels = size[0] * size[1] * views;
+        let layer = |wanted: bool, count: usize| {
+            let mut image = Vec::new();
+            if wanted {
+                let refused =
+                    |_| Error::OutOfMemory { what: "the images".into(), bytes: count * size_of::<T>() };
+                image.try_reserve_exact(count).map_err(refused)?;
+                image.resize(count, T::default());
+            }
+            Ok(image)
+        };
+        Ok(Self {
+            size,
+            views,
+            materials,
+            intensity: layer(layers.intensity, pixels)?,
+            line_integral: layer(layers.line_integral, pixels)?,
+            areal_density: layer(layers.areal_density, pixels * materials)?,
+            bone_path: layer(layers.bone_path, pixels)?,
+        })
+    }
+
+    /// Stores rows `first_row …` of a view; `values` is row-major and a whole number of rows.
+    pub(super) fn store(
+        &mut self,
+        view: usize,
+        first_row: usize,
+        values: &[PixelValue],
+        convert: impl Fn(f64) -> T,
+    ) {
+        let [width, height] = self.size;
+        let put = |image: &mut Vec<T>, plane: usize, value: &dyn Fn(&PixelValue) -> f64| {
+            if !image.is_empty() {
+                let start = (plane * height + first_row) * width;
+                let target = &mut image[start..start + values.len()];
+                target.iter_mut().zip(values).for_each(|(out, v)| *out = convert(value(v)));
+            }
+        };
+        put(&mut self.intensity, view, &|v| v.intensity);
+        put(&mut self.line_integral, view, &|v| v.line_integral);
+        put(&mut self.bone_path, view, &|v| v.bone_path);
+        for m in 0..self.materials {
+            put(&mut self.areal_density, view * self.materials + m, &|v| v.areal_density[m]);
+        }
+    }
+
+    /// One view of a layer made of one plane per view.
+    pub fn view<'a>(&self, layer: &'a [T], view: usize) -> &'a [T] {
+        let pixels = self.size[0] * self.size[1];
+        &layer[view * pixels..(view + 1) * pixels]
+    }
+
+    /// The areal density of one material in one view.
+    pub fn areal_density(&self, view: usize, material: usize) -> &[T] {
+        self.view(&self.areal_density, view * self.materials + material)
+    }
+}
+
+impl Images<f64> {
+    /// Rounded to float32.
+    pub fn to_f32(&self) -> Images<f32> {
+        let round = |layer: &[f64]| layer.iter().map(|&x| x as f32).collect();
+        Images {
+            size: self.size,
+            views: self.views,
+            materials: self.materials,
+            intensity: round(&self.intensity),
+            line_integral: round(&self.line_integral),
+            areal_density: round(&self.areal_density),
+            bone_path: round(&self.bone_path),
+        }
+    }
+}

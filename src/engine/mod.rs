@@ -1,0 +1,49 @@
+//! Engines execute a plan. They share the plan and the rays, and nothing else.
+
+pub mod cpu;
+mod images;
+pub mod reference;
+
+pub use images::{Images, Layers};
+
+use crate::error::Result;
+use crate::physics::SpectralModel;
+use crate::raycast::Beam;
+
+/// Which engine runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Backend {
+    /// float64, single algorithmic steps, no shortcuts: the truth, slow.
+    Reference,
+    /// float32 on all cores.
+    Cpu,
+}
+
+/// One view of a job.
+#[derive(Debug, Clone)]
+pub struct ViewJob {
+    /// Its rays.
+    pub beam: Beam,
+    /// Whether a ray may stop once what is left is below e⁻¹⁵ of I0. Heeded only where intensity is the only
+    /// layer asked for that the stop would change.
+    pub early_exit: bool,
+    /// Spectral tables of this view alone, instead of the scene's.
+    pub spectral: Option<SpectralModel>,
+}
+
+/// What an engine is asked to do.
+pub struct Job<'a> {
+    /// The views.
+    pub views: &'a [ViewJob],
+    /// The layers to return.
+    pub layers: Layers,
+    /// Called from any thread with the number of rays finished since the last call.
+    pub progress: &'a (dyn Fn(usize) + Sync),
+}
+
+/// An engine that has been made ready for one plan and one volume.
+pub trait Engine: Send + Sync {
+    /// Projects all views of the job.
+    fn project(&self, job: &Job<'_>) -> Result<Images<f32>>;
+}

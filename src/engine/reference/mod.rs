@@ -1,0 +1,111 @@
+//! The float64 engine: each fast algorithm's twin, and the exact integral of the interpolated field.
+
+mod exact;
+mod joseph;
+mod march;
+mod sample;
+mod siddon;
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::engine::images::PixelValue;
+use crate::engine::{Engine, Images, Job, ViewJob};
+use crate::error::Result;
+use crate::physics::{MAX_MATERIALS, SpectralModel};
+use crate::raycast::{Ray, Span};
+use crate::scene::{Algorithm, Scene};
+use crate::volume::Volume;
+
+/// Areal densities along a ray in (g/cm³)·(units of s), by label.
+type PerLabel = [f64; MAX_MATERIALS];
+
+/// The float64 engine, ready for one scene and one volume.
+pub struct Reference {
+    volume: Arc<Volume>,
+    algorithm: Algorithm,
+    supersampling: usize,
+    size: [usize; 2],
+    materials: usize,
+    bone: Option<u8>,
+    spectral: SpectralModel,
+}
+
+impl Reference {
+    /// Ready to project `volume` as `scene` says, but with the given algorithm.
+    pub fn new(volume: Arc<Volume>, scene: &Scene, algorithm: Algorithm) -> Result<Self> {
+        Ok(Self {
+            volume,
+            algorithm,
+            supersampling: scene.supersampling,
+            size: scene.detector,
+            materials: scene.materials.names().len(),
+            bone: scene.bone,
+            spectral: scene.spectral_model()?,
+        })
+    }
+
+    /// Projects all views of the job in float64.
+    pub fn project_f64(&self, job: &Job<'_>) -> Result<Images<f64>> {
+        let mut images = Images::zeroed(self.size, job.views.len(), self.materials, job.layers)?;
+        let [width, height] = self.size;
+        for (v, view) in job.views.iter().enumerate() {
+            let rows: Vec<Vec<PixelValue>> = (0..height)
+                .into_par_iter()
+                .map(|j| {
+                    let row = (0..width).map(|i| self.pixel(view, job, i, j)).collect();
+                    (job.progress)(width * self.supersampling * self.supersampling);
+                    row
+                })
+                .collect();
+            rows.iter().enumerate().for_each(|(j, row)| images.store(v, j, row, |x| x));
+        }
+        Ok(images)
+    }
+
+    fn pixel(&self, view: &ViewJob, job: &Job<'_>, column: usize, row: usize) -> PixelValue {
+        let n = self.supersampling;
+        let offset = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
+        let rays: Vec<_> = (0..n * n)
+            .map(|k| view.beam.ray(column as f64 + offset(k % n), row as f64 + offset(k / n)))
+            .map(|ray| self.ray(view, job, &ray))
+            .collect();
+        PixelValue::mean(&rays)
+    }
+
+    fn ray(&self, view: &ViewJob, job: &Job<'_>, ray: &Ray) -> PixelValue {
+        let spectral = view.spectral.as_ref().unwrap_or(&self.spectral);
+        let Some(span) = ray.clip(self.volume.grid().dimensions()) else {
+            return PixelValue::vacuum(spectral.i0());
+        };
+        let areal_density = self.areal_density(ray, span);
+        let seen = &areal_density[..self.materials];
+        let bone = self.bone.filter(|_| job.layers.bone_path);
+        PixelValue {
+            intensity: spectral.intensity(seen),
+            line_integral: spectral.line_integral(seen),
+            areal_density,
+            bone_path: bone
+                .map_or(0.0, |bone| ray.mm_per_slice * siddon::path_through(&self.volume, ray, span, bone)),
+        }
+    }
+
+    /// Areal densities in g/cm², by label.
+    fn areal_density(&self, ray: &Ray, span: Span) -> PerLabel {
+        let per_slice = match self.algorithm {
+            Algorithm::Joseph => joseph::integrate(&self.volume, ray, span),
+            Algorithm::March { step } => march::integrate(&self.volume, ray, span, step),
+            Algorithm::Siddon => siddon::integrate(&self.volume, ray, span),
+            Algorithm::Exact => exact::integrate(&self.volume, ray, span),
+        };
+        // mm to cm: densities are per cm³.
+        per_slice.map(|sum| 0.1 * ray.mm_per_slice * sum)
+    }
+}
+
+impl Engine for Reference {
+    fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
+        Ok(self.project_f64(job)?.to_f32())
+    }
+}

@@ -1,0 +1,120 @@
+//! How a scene is simulated: the stages it calls for, what each costs and why, and what was left out.
+
+mod stage;
+
+pub use stage::{Omission, Stage};
+
+use serde::Serialize;
+
+use crate::error::{Error, Result};
+use crate::scene::{Algorithm, Scene};
+use crate::volume::Volume;
+
+/// A projector's plan: a pure function of scene and volume. It prints as text and serialises as JSON.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
+    /// Library version that made the plan.
+    pub version: &'static str,
+    /// Width and height, pixels.
+    pub detector: [usize; 2],
+    /// Voxels along i, j, k.
+    pub volume: [usize; 3],
+    /// How line integrals are taken.
+    pub algorithm: Algorithm,
+    /// Rays per pixel side.
+    pub supersampling: usize,
+    /// The materials that get an accumulator; the others cannot attenuate in this volume.
+    pub materials: Vec<PlannedMaterial>,
+    /// Energy bins summed per ray.
+    pub energy_bins: usize,
+    /// What runs, in order.
+    pub stages: Vec<Stage>,
+    /// What does not run, and why.
+    pub omissions: Vec<Omission>,
+}
+
+/// A material with an accumulator.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct PlannedMaterial {
+    /// Its label in the volume, and its row in the attenuation table.
+    pub label: u8,
+    /// Its name.
+    pub name: String,
+}
+
+impl Plan {
+    /// Plans `scene` for `volume`.
+    ///
+    /// # Errors
+    /// `InvalidArgument` when the scene is not valid, or the volume carries a label that has no material.
+    pub fn new(scene: &Scene, volume: &Volume) -> Result<Self> {
+        scene.validate()?;
+        let names = scene.materials.names();
+        let labelled = volume.materials().iter().rposition(|m| m.labelled).unwrap_or(0);
+        if labelled >= names.len() {
+            return Err(Error::invalid(
+                "scene.material_count",
+                names.len(),
+                format!("at least {}: the volume has voxels with label {labelled}", labelled + 1),
+            ));
+        }
+        let attenuates = |label: usize| volume.materials()[label].max_density > 0.0;
+        let materials: Vec<_> = (0..names.len())
+            .filter(|&label| attenuates(label))
+            .map(|label| PlannedMaterial { label: label as u8, name: names[label].clone() })
+            .collect();
+        let mut plan = Self {
+            version: crate::VERSION,
+            detector: scene.detector,
+            volume: volume.grid().dimensions(),
+            algorithm: scene.algorithm,
+            supersampling: scene.supersampling,
+            energy_bins: scene.spectral_model()?.bins(),
+            stages: Vec::new(),
+            omissions: Vec::new(),
+            materials,
+        };
+        plan.stages = stage::stages(&plan, scene, volume);
+        plan.omissions = stage::omissions(&plan, scene, volume);
+        Ok(plan)
+    }
+
+    /// Rays per view.
+    pub fn rays_per_view(&self) -> usize {
+        self.detector[0] * self.detector[1] * self.supersampling * self.supersampling
+    }
+
+    /// Most samples of the volume that one ray can take.
+    pub fn samples_per_ray(&self) -> usize {
+        let slices = self.volume.iter().copied().max().unwrap_or(0) as f64;
+        match self.algorithm {
+            Algorithm::Joseph => slices as usize,
+            Algorithm::March { step } => (slices / step).ceil() as usize,
+            // A slab of the driving axis holds at most three voxels of a ray.
+            Algorithm::Siddon => 3 * slices as usize,
+            // Each crossing of a grid plane starts a cell; two quadrature nodes per cell.
+            Algorithm::Exact => 2 * (self.volume.iter().sum::<usize>() + 3),
+        }
+    }
+
+    /// The plan as pretty JSON.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_else(|error| format!("{{\"error\": \"{error}\"}}"))
+    }
+}
+
+impl std::fmt::Display for Plan {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [width, height] = self.detector;
+        let [n0, n1, n2] = self.volume;
+        writeln!(f, "{width}×{height} pixels from {n0}×{n1}×{n2} voxels")?;
+        for stage in &self.stages {
+            writeln!(f, "  run   {:<14} {}", stage.name, stage.what)?;
+            writeln!(f, "        {:<14} because {}; {}", "", stage.reason, stage.cost)?;
+        }
+        for omission in &self.omissions {
+            writeln!(f, "  skip  {:<14} {}", omission.name, omission.reason)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,137 @@
+//! The stages of a plan, and what it leaves out.
+
+use serde::Serialize;
+
+use crate::plan::Plan;
+use crate::scene::{Algorithm, Scene};
+use crate::volume::Volume;
+
+/// Something that runs.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Stage {
+    /// Short name.
+    pub name: &'static str,
+    /// What it computes, with its parameters.
+    pub what: String,
+    /// Why the scene calls for it.
+    pub reason: String,
+    /// An upper bound of its work per view, counted, not timed.
+    pub cost: String,
+    /// How far its result can be from the exact one, and against what.
+    pub error: String,
+}
+
+/// Something that does not run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Omission {
+    /// Short name.
+    pub name: String,
+    /// Why nothing is lost.
+    pub reason: String,
+}
+
+pub(super) fn stages(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Stage> {
+    let rays = plan.rays_per_view();
+    let mut stages = vec![march(plan, rays)];
+    let terms = plan.energy_bins * plan.materials.len();
+    stages.push(if plan.energy_bins == 1 {
+        Stage {
+            name: "attenuate",
+            what: "I = I0 exp(−Σ_m (μ/ρ)_m A_m) at one energy".into(),
+            reason: "the spectrum has a single bin".into(),
+            cost: format!("{rays} exponentials"),
+            error: "float32: |Δp| ≤ 2e-6 p + 1e-6".into(),
+        }
+    } else {
+        Stage {
+            name: "spectrum",
+            what: format!(
+                "I = Σ_k w_k exp(−Σ_m (μ/ρ)_m(E_k) A_m) over {} bins × {} materials, once per ray",
+                plan.energy_bins,
+                plan.materials.len()
+            ),
+            reason: format!("the scene is poly-energetic ({})", scene.spectrum.name()),
+            cost: format!("{} exponentials, {} multiply-adds", rays * plan.energy_bins, rays * terms),
+            error: "every bin with weight is summed; float32: |Δp| ≤ 2e-6 p + 1e-6".into(),
+        }
+    });
+    if plan.supersampling > 1 {
+        stages.push(Stage {
+            name: "supersampling",
+            what: format!("mean of the {0}×{0} rays of a pixel", plan.supersampling),
+            reason: "the scene asks for it".into(),
+            cost: format!("{rays} additions per layer"),
+            error: "point sampling of the pixel's area".into(),
+        });
+    }
+    if let Some(bone) = scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled) {
+        stages.push(Stage {
+            name: "bone path",
+            what: format!("length in mm through voxels labelled {bone}, by Siddon's lengths"),
+            reason: "only when the bone_path layer is asked for".into(),
+            cost: format!("at most {} voxel reads", rays * 3 * longest(plan)),
+            error: "exact for voxels of constant label".into(),
+        });
+    }
+    stages
+}
+
+fn march(plan: &Plan, rays: usize) -> Stage {
+    let what = match plan.algorithm {
+        Algorithm::Joseph => "Joseph: one bilinear sample per slice of the driving axis".into(),
+        Algorithm::March { step } => format!("trilinear march, step {step} voxels along the driving axis"),
+        Algorithm::Siddon => "Siddon: exact lengths through constant voxels".into(),
+        Algorithm::Exact => "trilinear field integrated exactly, cell by cell".into(),
+    };
+    let names: Vec<_> = plan.materials.iter().map(|m| m.name.as_str()).collect();
+    Stage {
+        name: "ray march",
+        what: format!(
+            "{what}; areal densities of {}",
+            if names.is_empty() { "nothing".into() } else { names.join(", ") }
+        ),
+        reason: "every image is a function of the areal densities along its rays".into(),
+        cost: format!(
+            "at most {} samples ({} rays × {})",
+            rays * plan.samples_per_ray(),
+            rays,
+            plan.samples_per_ray()
+        ),
+        error: "float32 against float64, same algorithm: relative L2 ≤ 2e-6".into(),
+    }
+}
+
+fn longest(plan: &Plan) -> usize {
+    plan.volume.into_iter().max().unwrap_or(0)
+}
+
+pub(super) fn omissions(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Omission> {
+    let mut omissions = Vec::new();
+    for (label, name) in scene.materials.names().iter().enumerate() {
+        if plan.materials.iter().all(|m| usize::from(m.label) != label) {
+            let reason = if volume.materials()[label].labelled {
+                "all its voxels have density 0: it attenuates nothing"
+            } else {
+                "no voxel carries its label"
+            };
+            omissions.push(Omission {
+                name: name.clone(),
+                reason: format!("{reason}; no accumulator, exactly no error"),
+            });
+        }
+    }
+    let dropped = scene.spectrum.weights().len() - plan.energy_bins;
+    if dropped > 0 {
+        omissions.push(Omission {
+            name: "energy bins".into(),
+            reason: format!("{dropped} bins have weight 0 and add exactly nothing"),
+        });
+    }
+    if scene.bone.is_some_and(|bone| !volume.materials()[usize::from(bone)].labelled) {
+        omissions.push(Omission {
+            name: "bone path".into(),
+            reason: "no bone in this volume: the layer is 0".into(),
+        });
+    }
+    omissions
+}

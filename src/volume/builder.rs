@@ -1,0 +1,263 @@
+//! HU in, voxels out: slab by slab, so that a reader never holds the volume twice.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::geometry::Grid;
+use crate::physics::{Calibration, MAX_MATERIALS, Thresholds};
+use crate::volume::{MaterialStatistics, Volume, Voxel, Voxels};
+
+/// How HU become density and material.
+#[derive(Debug, Clone)]
+pub struct Classification {
+    /// HU → density.
+    pub calibration: Calibration,
+    /// HU → material where no label is given.
+    pub thresholds: Thresholds,
+}
+
+impl Classification {
+    /// Built-in curves by name; see [`Calibration::names`] and [`Thresholds::names`].
+    pub fn named(calibration: &str, thresholds: &str) -> Result<Self> {
+        Ok(Self { calibration: Calibration::named(calibration)?, thresholds: Thresholds::named(thresholds)? })
+    }
+}
+
+/// Below this HU a voxel is padding, not tissue: it lies outside the scan and is vacuum whatever the calibration.
+const PADDING_BELOW_HU: f64 = -1024.0;
+
+impl Classification {
+    /// Density and material of a voxel; a given label wins over the thresholds.
+    pub fn voxel(&self, hu: f64, label: Option<u8>) -> Voxel {
+        let density = if hu < PADDING_BELOW_HU { 0.0 } else { self.calibration.density(hu) };
+        Voxel { density, label: label.unwrap_or_else(|| self.thresholds.class(hu)) }
+    }
+}
+
+/// What a 16-bit code means.
+#[derive(Debug, Clone, Copy)]
+enum Code {
+    /// The HU itself, moved to 0 … 65535.
+    Hu,
+    /// The label in the upper 3 bits, HU + 1025 limited to 0 … 8191 in the lower 13. The limit changes no density:
+    /// 0 is padding, and calibrations are constant above 3071 HU.
+    LabelAndHu,
+}
+
+impl Code {
+    fn encode(self, hu: i16, label: u8) -> u16 {
+        match self {
+            Self::Hu => hu.cast_unsigned() ^ 0x8000,
+            Self::LabelAndHu => u16::from(label) << 13 | (i32::from(hu) + 1025).clamp(0, 8191) as u16,
+        }
+    }
+
+    fn meaning(self, code: u16, how: &Classification) -> Voxel {
+        match self {
+            Self::Hu => how.voxel(f64::from((code ^ 0x8000).cast_signed()), None),
+            Self::LabelAndHu => how.voxel(f64::from(code & 0x1fff) - 1025.0, Some((code >> 13) as u8)),
+        }
+    }
+}
+
+/// Voxels per parallel piece of work.
+const PIECE: usize = 1 << 16;
+
+/// Makes a [`Volume`] from voxels that arrive in order, in pieces of any size.
+#[derive(Debug)]
+pub struct VolumeBuilder {
+    grid: Grid,
+    how: Classification,
+    store: Store,
+    filled: usize,
+}
+
+#[derive(Debug)]
+enum Store {
+    Int16 { code: Code, codes: Vec<u16>, seen: Vec<AtomicBool> },
+    Float32 { density: Vec<f32>, label: Vec<u8> },
+}
+
+impl VolumeBuilder {
+    /// For integer HU. `labelled` says whether every piece comes with labels or none does.
+    pub fn int16(grid: Grid, how: &Classification, labelled: bool) -> Result<Self> {
+        let code = if labelled { Code::LabelAndHu } else { Code::Hu };
+        let codes = zeroed(grid.voxel_count(), "the volume")?;
+        let seen = (0..1 << 16).map(|_| AtomicBool::new(false)).collect();
+        Ok(Self { grid, how: how.clone(), store: Store::Int16 { code, codes, seen }, filled: 0 })
+    }
+
+    /// For HU that are not integers.
+    pub fn float32(grid: Grid, how: &Classification) -> Result<Self> {
+        let n = grid.voxel_count();
+        let store = Store::Float32 {
+            density: zeroed(n, "the volume's densities")?,
+            label: zeroed(n, "the volume's labels")?,
+        };
+        Ok(Self { grid, how: how.clone(), store, filled: 0 })
+    }
+
+    /// The next voxels, with their labels if the builder was made for labels.
+    pub fn push_int16(&mut self, hu: &[i16], labels: Option<&[u8]>) -> Result<()> {
+        let range = self.claim(hu.len(), labels)?;
+        let Store::Int16 { code, codes, seen } = &mut self.store else {
+            return self.push_float32(&hu.iter().map(|&v| f32::from(v)).collect::<Vec<_>>(), labels);
+        };
+        if matches!(code, Code::LabelAndHu) != labels.is_some() {
+            let given = if labels.is_some() { "labels" } else { "no labels" };
+            return Err(Error::invalid(
+                "labels",
+                given,
+                "labels with every piece of the volume or with none",
+            ));
+        }
+        let pieces = codes[range.clone()].par_chunks_mut(PIECE).zip(hu.par_chunks(PIECE));
+        pieces.enumerate().for_each(|(piece, (codes, hu))| {
+            let label = |i: usize| labels.map_or(0, |labels| labels[piece * PIECE + i]);
+            for (i, (out, &hu)) in codes.iter_mut().zip(hu).enumerate() {
+                *out = code.encode(hu, label(i));
+                seen[usize::from(*out)].store(true, Ordering::Relaxed);
+            }
+        });
+        self.filled = range.end;
+        Ok(())
+    }
+
+    /// The next voxels of a float32 volume, with or without labels.
+    pub fn push_float32(&mut self, hu: &[f32], labels: Option<&[u8]>) -> Result<()> {
+        let range = self.claim(hu.len(), labels)?;
+        let Store::Float32 { density, label } = &mut self.store else {
+            return Err(Error::invalid("hu", "float32", "int16, as the builder was made for"));
+        };
+        if let Some(bad) = hu.iter().position(|v| !v.is_finite()) {
+            let count = hu.iter().filter(|v| !v.is_finite()).count();
+            let at = self.position(range.start + bad);
+            return Err(Error::invalid(
+                format!("hu at voxel {at:?}"),
+                hu[bad],
+                format!("finite HU ({count} are not)"),
+            ));
+        }
+        let outputs = density[range.clone()].par_iter_mut().zip(label[range.clone()].par_iter_mut());
+        outputs.zip(hu).enumerate().for_each(|(i, ((density, label), &hu))| {
+            let voxel = self.how.voxel(f64::from(hu), labels.map(|labels| labels[i]));
+            (*density, *label) = (voxel.density as f32, voxel.label);
+        });
+        self.filled = range.end;
+        Ok(())
+    }
+
+    /// The volume, once all voxels have come.
+    pub fn finish(self) -> Result<Volume> {
+        let expected = self.grid.voxel_count();
+        if self.filled != expected {
+            return Err(Error::invalid("number of voxels", self.filled, format!("{expected}, the grid's")));
+        }
+        let mut materials = [MaterialStatistics::default(); MAX_MATERIALS];
+        let mut note = |voxel: Voxel| {
+            let m = &mut materials[usize::from(voxel.label)];
+            m.labelled = true;
+            m.max_density = m.max_density.max(voxel.density);
+        };
+        let voxels = match self.store {
+            Store::Int16 { code, codes, seen } => {
+                let table: Vec<Voxel> = (0..=u16::MAX).map(|c| code.meaning(c, &self.how)).collect();
+                table
+                    .iter()
+                    .zip(seen)
+                    .filter(|(_, seen)| seen.load(Ordering::Relaxed))
+                    .for_each(|(v, _)| note(*v));
+                Voxels::Coded { codes, table }
+            }
+            Store::Float32 { density, label } => {
+                let each = density.iter().zip(&label);
+                each.for_each(|(&d, &label)| note(Voxel { density: f64::from(d), label }));
+                Voxels::Dense { density, label }
+            }
+        };
+        Ok(Volume { grid: self.grid, voxels, materials })
+    }
+
+    /// Checks the next piece and returns where it goes.
+    fn claim(&self, count: usize, labels: Option<&[u8]>) -> Result<std::ops::Range<usize>> {
+        let left = self.grid.voxel_count() - self.filled;
+        if count > left {
+            return Err(Error::invalid(
+                "number of voxels",
+                self.filled + count,
+                format!("{}", self.grid.voxel_count()),
+            ));
+        }
+        if let Some(labels) = labels {
+            if labels.len() != count {
+                return Err(Error::invalid(
+                    "number of labels",
+                    labels.len(),
+                    format!("{count}, one per voxel"),
+                ));
+            }
+            if let Some(bad) = labels.par_iter().position_first(|&l| usize::from(l) >= MAX_MATERIALS) {
+                let at = self.position(self.filled + bad);
+                return Err(Error::invalid(format!("label at voxel {at:?}"), labels[bad], "0 … 7"));
+            }
+        }
+        Ok(self.filled..self.filled + count)
+    }
+
+    fn position(&self, index: usize) -> [usize; 3] {
+        let [n0, n1, _] = self.grid.dimensions();
+        [index % n0, index / n0 % n1, index / (n0 * n1)]
+    }
+}
+
+/// Zeros from the system, untouched until written, so that a large volume costs its pages once.
+fn zeroed<T: Clone + Default>(count: usize, what: &str) -> Result<Vec<T>> {
+    let refused = |_| Error::OutOfMemory { what: what.to_owned(), bytes: count * size_of::<T>() };
+    // `vec!` aborts when it is refused; ask first.
+    Vec::<T>::new().try_reserve_exact(count).map_err(refused)?;
+    Ok(vec![T::default(); count])
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    fn grid(n: usize) -> Grid {
+        Grid::centred([n, 1, 1], DVec3::ONE).expect("valid")
+    }
+
+    #[test]
+    fn labels_win_over_thresholds_and_padding_is_vacuum() {
+        let hu = [-32768, -2048, -1000, 0, 3071, i16::MAX];
+        let how = Classification::named(Calibration::DEFAULT, Thresholds::DEFAULT).expect("built in");
+        let plain = Volume::from_int16(grid(6), &hu, None, &how).expect("valid");
+        let labels = [3, 3, 3, 1, 0, 7];
+        let labelled = Volume::from_int16(grid(6), &hu, Some(&labels), &how).expect("valid");
+        for (i, label) in labels.into_iter().enumerate() {
+            let (a, b) = (plain.voxels().get(i), labelled.voxels().get(i));
+            assert_eq!(a.density, how.calibration.density(f64::from(hu[i])));
+            assert_eq!(a.density, b.density);
+            assert_eq!(b.label, label);
+        }
+        assert_eq!([0, 1, 2, 3, 4, 5].map(|i| plain.voxels().get(i).label), [0, 0, 0, 2, 3, 3]);
+        assert_eq!(plain.voxels().get(0).density, 0.0);
+        assert_eq!(labelled.materials()[3], MaterialStatistics { labelled: true, max_density: 0.0 });
+        assert!(!labelled.materials()[2].labelled);
+    }
+
+    #[test]
+    fn bad_voxels_are_refused_by_place_and_count() {
+        let how = Classification::named(Calibration::DEFAULT, Thresholds::DEFAULT).expect("built in");
+        let hu = [0.0, f32::NAN, 3.0, f32::INFINITY];
+        let error = Volume::from_float32(grid(4), &hu, None, &how).expect_err("NaN");
+        assert_eq!(error.to_string(), "hu at voxel [1, 0, 0] is NaN; valid: finite HU (2 are not)");
+        let error = Volume::from_int16(grid(2), &[0, 0], Some(&[0, 8]), &how).expect_err("label 8");
+        assert_eq!(error.to_string(), "label at voxel [1, 0, 0] is 8; valid: 0 … 7");
+        assert!(Volume::from_int16(grid(3), &[0, 0], None, &how).is_err(), "a voxel is missing");
+        assert!(Volume::from_int16(grid(1), &[0, 0], None, &how).is_err(), "a voxel too many");
+    }
+}

@@ -1,0 +1,71 @@
+//! A CT volume: density and material of every voxel. Immutable once made.
+
+mod builder;
+mod voxels;
+
+pub use builder::{Classification, VolumeBuilder};
+pub use voxels::{Voxel, Voxels};
+
+use crate::error::Result;
+use crate::geometry::Grid;
+use crate::physics::MAX_MATERIALS;
+
+/// A CT volume. Voxel (i, j, k) is at `(k*n1 + j)*n0 + i`.
+#[derive(Debug)]
+pub struct Volume {
+    grid: Grid,
+    voxels: Voxels,
+    materials: [MaterialStatistics; MAX_MATERIALS],
+}
+
+/// What a volume holds of one material.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct MaterialStatistics {
+    /// Whether any voxel carries the label.
+    pub labelled: bool,
+    /// Largest density of a voxel of this material, g/cm³; 0 means that the material cannot attenuate.
+    pub max_density: f64,
+}
+
+impl Volume {
+    /// A volume from int16 HU, x fastest, and optionally a material label per voxel; without labels the
+    /// classification's thresholds decide.
+    ///
+    /// # Errors
+    /// `InvalidArgument` when a length differs from the grid's, or a label is 8 or more; `OutOfMemory`.
+    pub fn from_int16(grid: Grid, hu: &[i16], labels: Option<&[u8]>, how: &Classification) -> Result<Self> {
+        let mut builder = VolumeBuilder::int16(grid, how, labels.is_some())?;
+        builder.push_int16(hu, labels)?;
+        builder.finish()
+    }
+
+    /// A volume from float32 HU; see [`Volume::from_int16`].
+    ///
+    /// # Errors
+    /// As `from_int16`, and `InvalidArgument` for a voxel that is NaN or infinite.
+    pub fn from_float32(grid: Grid, hu: &[f32], labels: Option<&[u8]>, how: &Classification) -> Result<Self> {
+        let mut builder = VolumeBuilder::float32(grid, how)?;
+        builder.push_float32(hu, labels)?;
+        builder.finish()
+    }
+
+    /// Dimensions and place in the world.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// The voxels as stored.
+    pub fn voxels(&self) -> &Voxels {
+        &self.voxels
+    }
+
+    /// What the volume holds of each material, by label.
+    pub fn materials(&self) -> &[MaterialStatistics; MAX_MATERIALS] {
+        &self.materials
+    }
+
+    /// Bytes held for the voxels.
+    pub fn bytes(&self) -> usize {
+        self.voxels.bytes()
+    }
+}

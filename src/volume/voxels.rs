@@ -1,0 +1,50 @@
+//! How voxels are stored: two bytes each when HU are integers, five otherwise.
+
+/// Density and material of one voxel.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Voxel {
+    /// g/cm³, never negative.
+    pub density: f64,
+    /// Material label.
+    pub label: u8,
+}
+
+/// The voxels of a volume, x fastest.
+#[derive(Debug)]
+pub enum Voxels {
+    /// One 16-bit code per voxel and the meaning of each of the 65536 codes. Exact for integer HU: nothing is
+    /// rounded, and the input's two bytes per voxel stay two bytes.
+    Coded {
+        /// One code per voxel.
+        codes: Vec<u16>,
+        /// Meaning of each code; 65536 entries.
+        table: Vec<Voxel>,
+    },
+    /// Density and label apart, for HU that are not integers.
+    Dense {
+        /// g/cm³.
+        density: Vec<f32>,
+        /// Material labels.
+        label: Vec<u8>,
+    },
+}
+
+impl Voxels {
+    /// The voxel at a flat index.
+    pub fn get(&self, index: usize) -> Voxel {
+        match self {
+            Self::Coded { codes, table } => table[usize::from(codes[index])],
+            Self::Dense { density, label } => {
+                Voxel { density: f64::from(density[index]), label: label[index] }
+            }
+        }
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        match self {
+            Self::Coded { codes, table } => size_of_val(&codes[..]) + size_of_val(&table[..]),
+            Self::Dense { density, label } => size_of_val(&density[..]) + size_of_val(&label[..]),
+        }
+    }
+}
