@@ -151,9 +151,9 @@ mod tests {
 
     #[test]
     fn wrong_images_are_refused_and_nothing_is_written() {
+        type Damage = fn(&mut ExrImage<'_>);
         let values = vec![1.0; WIDTH * HEIGHT];
         let folder = tempfile::tempdir().unwrap();
-        type Damage = fn(&mut ExrImage<'_>);
         let cases: [(&str, Damage); 6] = [
             ("777 values", |i| i.layers[1].1 = &[]),
             ("differ", |i| i.layers[1].0 = "intensity".to_owned()),

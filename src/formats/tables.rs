@@ -155,8 +155,8 @@ mod tests {
 
     #[test]
     fn decimal_energies_count_as_uniform() {
-        let rows: String = (0..1360).map(|i| format!("{:.1},1\n", 15.0 + 0.1 * f64::from(i))).collect();
-        let table = read_spectrum(file(&format!("energy_keV,weight\n{rows}")).path()).unwrap();
+        let rows: Vec<String> = (0..1360).map(|i| format!("{:.1},1", 15.0 + 0.1 * f64::from(i))).collect();
+        let table = read_spectrum(file(&format!("energy_keV,weight\n{}", rows.join("\n"))).path()).unwrap();
         assert_eq!(table.energies.count, 1360);
         assert!((table.energies.step_kev - 0.1).abs() < 1e-12);
     }

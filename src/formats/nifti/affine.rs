@@ -7,6 +7,8 @@ use crate::formats::Checked;
 
 /// How far b² + c² + d² of a unit quaternion may exceed 1 by rounding; 1e-5 is less than half a degree.
 const QUATERNION_TOLERANCE: f64 = 1e-5;
+/// A smaller w² is rounding noise of b, c, d in float32 and means a half turn, as in the standard's own C library.
+const HALF_TURN: f64 = 1e-7;
 
 /// The map of sform, else qform, else the spacing alone with voxel (0, 0, 0) at the origin.
 ///
@@ -36,10 +38,11 @@ fn qform(header: &NiftiHeader) -> Checked<DAffine3> {
     if square.is_nan() || square < -QUATERNION_TOLERANCE {
         return Err(format!("quatern_b, c, d are {bcd}; valid: b² + c² + d² at most 1"));
     }
-    if square < 0.0 {
+    let a = if square < HALF_TURN { 0.0 } else { square.sqrt() };
+    if a == 0.0 {
         bcd = bcd.normalize();
     }
-    let (a, [b, c, d]) = (square.max(0.0).sqrt(), bcd.to_array());
+    let [b, c, d] = bcd.to_array();
     let rotation = DMat3::from_cols(
         DVec3::new(a * a + b * b - c * c - d * d, 2.0 * (b * c + a * d), 2.0 * (b * d - a * c)),
         DVec3::new(2.0 * (b * c - a * d), a * a + c * c - b * b - d * d, 2.0 * (c * d + a * b)),
@@ -127,12 +130,14 @@ mod tests {
 
     #[test]
     fn a_half_turn_with_rounding_is_normalised_and_nonsense_is_refused() {
-        // Float32 rounding makes b² + c² exceed 1, so that w² is negative.
-        let (b, c) = (0.6_f32.next_up(), 0.8_f32.next_up());
-        let mut header = NiftiHeader { qform_code: 1, quatern_b: b, quatern_c: c, ..header() };
-        let map = index_to_world(&header).unwrap();
-        assert!((map.matrix3.determinant() - 6.0).abs() < 1e-9, "{map:?}");
-        assert!((map.matrix3.z_axis - DVec3::new(0.0, 0.0, -3.0)).length() < 1e-9, "{map:?}");
+        let mut header = NiftiHeader { qform_code: 1, ..header() };
+        // Float32 rounding makes b² + c² exceed 1, so that w² is negative, or leaves a w² of 5e-8.
+        for (b, c) in [(0.6_f32.next_up(), 0.8_f32.next_up()), (0.6, 0.8_f32.next_down())] {
+            (header.quatern_b, header.quatern_c) = (b, c);
+            let map = index_to_world(&header).unwrap();
+            assert!((map.matrix3.determinant() - 6.0).abs() < 1e-9, "{map:?}");
+            assert!((map.matrix3.z_axis - DVec3::new(0.0, 0.0, -3.0)).length() < 1e-9, "{map:?}");
+        }
         for wrong in [2.0, f32::NAN, f32::INFINITY] {
             header.quatern_d = wrong;
             assert!(index_to_world(&header).unwrap_err().contains("quatern"));
