@@ -5,8 +5,6 @@ use crate::error::{Error, Result};
 /// The window runs between these fractions of the pixels that hit anything: a few metal or grazing pixels must not
 /// decide what the rest looks like.
 const WINDOW: [f64; 2] = [0.005, 0.998];
-/// Below 1 would brighten the lungs, above 1 the contrast of bone.
-const GAMMA: f32 = 1.0;
 /// Brightness of the gap between views.
 const GAP: u16 = u16::MAX / 2;
 
@@ -71,7 +69,7 @@ fn brightness(p: f32, window: Option<[f32; 2]>) -> u16 {
     }
     // Without contrast, what is hit is mid-grey.
     let fraction = if white > black { ((p - black) / (white - black)).clamp(0.0, 1.0) } else { 0.5 };
-    (fraction.powf(GAMMA) * f32::from(u16::MAX)).round() as u16
+    (fraction * f32::from(u16::MAX)).round() as u16
 }
 
 #[cfg(test)]
