@@ -2,6 +2,8 @@
 
 pub mod engine;
 pub mod error;
+#[cfg(feature = "formats")]
+pub mod formats;
 pub mod geometry;
 pub mod physics;
 pub mod plan;

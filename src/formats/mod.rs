@@ -1,0 +1,45 @@
+//! Readers and writers of files: CT volumes, labels, detector poses, tables, images. No physics.
+//!
+//! Volumes come and go slice by slice, so that a file never needs more memory than one slice. Every output is written
+//! under a temporary name in the same folder and renamed when complete: a file that exists is a whole file.
+
+mod ct;
+mod exr;
+mod geometry;
+mod labels;
+mod nifti;
+mod picture;
+mod png;
+mod raw;
+mod replacement;
+mod slices;
+mod tables;
+
+use std::path::Path;
+
+use crate::error::Error;
+
+pub use ct::{CtHeader, CtReader, Slice, VoxelKind, open_ct};
+pub use exr::{ExrImage, write_exr};
+pub use geometry::GeometryFile;
+pub use labels::{LabelReader, open_labels};
+pub use nifti::{NiftiCt, NiftiLabels, NiftiVoxel, NiftiWriter};
+pub use picture::{Picture, radiograph};
+pub use png::{write_png_gray8, write_png_gray16};
+pub use raw::{RawCt, RawLabels, RawLayout, write_raw_f32, write_raw_f64};
+pub use tables::{Column, EnergyGrid, Table, read_detector, read_materials, read_spectrum};
+
+/// A result whose error is the reason alone; the caller adds the path.
+type Checked<T> = std::result::Result<T, String>;
+
+/// A file that cannot be read or written, or is not what it claims to be.
+#[allow(clippy::needless_pass_by_value, reason = "errors of many types are handed over where they arise")]
+fn file_error(path: &Path, reason: impl ToString) -> Error {
+    Error::File { path: path.display().to_string(), reason: reason.to_string() }
+}
+
+/// Whether the file's name ends in one of the endings, in any case.
+fn has_ending(path: &Path, endings: &[&str]) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    endings.iter().any(|ending| name.ends_with(ending))
+}
