@@ -36,7 +36,7 @@ fn main() {
     let ctx = Context::new(Backend::Cpu, 0).unwrap();
     for alg in [Algorithm::Joseph, Algorithm::Siddon] {
         let p = Projector::new(&ctx, volume.clone(), Scene { algorithm: alg, ..Scene::new(size).unwrap() }).unwrap();
-        let n = if alg == Algorithm::Joseph { 5 } else { 2 };
+        let n = if alg == Algorithm::Joseph { 3 } else { 1 };
         for _ in 0..n {
             let t = Instant::now();
             let c0 = cpu();

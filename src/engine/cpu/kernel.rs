@@ -2,7 +2,7 @@
 
 use crate::engine::cpu::field::Field;
 use crate::engine::cpu::lanes::{Lanes, lerp};
-use crate::engine::cpu::path::{Path, cell, nearest};
+use crate::engine::cpu::path::{Path, cell, limit, nearest};
 
 /// Cells that are summed in float32 before the sum goes to float64: error stops growing with the ray's length.
 const BLOCK: u32 = 64;
@@ -121,7 +121,7 @@ impl Siddon {
     #[inline(always)]
     fn crossing(path: &Path, t: usize, x: f32, x_end: f32, length: f32) -> (isize, isize, f32) {
         let voxel = |x: f32| {
-            let (index, centre) = nearest(x.max(path.low[t]).min(path.high[t]));
+            let (index, centre) = nearest(limit(x, path.low[t], path.high[t]));
             // Voxels are half-open, [i−½, i+½); the tie may have gone to the lower one.
             index + isize::from(x - centre >= 0.5 && centre < path.high[t])
         };
@@ -129,7 +129,7 @@ impl Siddon {
         // Rounding at the two faces must not skip a voxel.
         let end = voxel(x_end).clamp(begin - 1, begin + 1);
         let plane = begin.max(end) as f32 - 0.5;
-        let at = ((plane - x) * path.inverse_slope[t]).max(0.0).min(length);
+        let at = limit((plane - x) * path.inverse_slope[t], 0.0, length);
         (begin, end, if begin == end { length } else { at })
     }
 }

@@ -87,13 +87,21 @@ pub(super) fn nearest(x: f32) -> (isize, f32) {
     (shifted.to_bits().wrapping_sub(ROUND.to_bits()).cast_signed() as isize, shifted - ROUND)
 }
 
+/// x limited to `low … high`. Unlike `f32::clamp` and `max`/`min` this is two instructions; a NaN, which no path has,
+/// would become `low`.
+#[inline(always)]
+pub(super) fn limit(x: f32, low: f32, high: f32) -> f32 {
+    let x = if x > low { x } else { low };
+    if x < high { x } else { high }
+}
+
 /// The cell of interpolation that holds x: its lower corner, and how far x is across it. Outside `low … last+1` the
 /// edge holds.
 #[inline(always)]
 pub(super) fn cell(x: f32, low: f32, last: f32) -> (isize, f32) {
     // At a voxel's centre the tie may go either way: fraction 1 of the lower cell is fraction 0 of the upper one.
-    let (index, corner) = nearest((x - 0.5).max(low).min(last));
-    (index, (x - corner).max(0.0).min(1.0))
+    let (index, corner) = nearest(limit(x - 0.5, low, last));
+    (index, limit(x - corner, 0.0, 1.0))
 }
 
 #[cfg(test)]
