@@ -5,6 +5,7 @@ pub mod error;
 #[cfg(feature = "formats")]
 pub mod formats;
 pub mod geometry;
+pub mod phantom;
 pub mod physics;
 pub mod plan;
 mod projector;

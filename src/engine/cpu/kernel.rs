@@ -61,8 +61,8 @@ impl Kernel for Joseph {
     #[inline(always)]
     fn whole<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, slice: u32) -> L {
         let [u, v] = path.at(slice as f32);
-        let (iu, fu) = cell(u, path.low[0], path.last_cell[0]);
-        let (iv, fv) = cell(v, path.low[1], path.last_cell[1]);
+        let (iu, fu) = cell(u, path.low[0], path.high[0], path.last_cell[0]);
+        let (iv, fv) = cell(v, path.low[1], path.high[1], path.last_cell[1]);
         let corner =
             path.origin + slice as isize * path.slice_stride + iu * path.stride[0] + iv * path.stride[1];
         bilinear(field, path, corner, fu, fv)
@@ -90,9 +90,9 @@ impl March {
     fn sample<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, position: f32) -> L {
         let s = position * self.step - 0.5;
         let [u, v] = path.at(s);
-        let (is, fs) = cell(s, 0.0, path.last_slice_cell);
-        let (iu, fu) = cell(u, path.low[0], path.last_cell[0]);
-        let (iv, fv) = cell(v, path.low[1], path.last_cell[1]);
+        let (is, fs) = cell(s, 0.0, path.last_slice[0], path.last_slice[1]);
+        let (iu, fu) = cell(u, path.low[0], path.high[0], path.last_cell[0]);
+        let (iv, fv) = cell(v, path.low[1], path.high[1], path.last_cell[1]);
         let corner = path.origin + is * path.slice_stride + iu * path.stride[0] + iv * path.stride[1];
         let lower = bilinear(field, path, corner, fu, fv);
         let upper = bilinear(field, path, corner + path.slice_stride, fu, fv);

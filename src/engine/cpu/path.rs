@@ -26,8 +26,8 @@ pub(super) struct Path {
     pub high: [f32; 2],
     /// Lower corner of the last cell across.
     pub last_cell: [f32; 2],
-    /// Lower corner of the last cell along the driving axis.
-    pub last_slice_cell: f32,
+    /// Last slice, and lower corner of the last cell, along the driving axis.
+    pub last_slice: [f32; 2],
     /// First and last cell of the driving axis that the ray touches; cells are the algorithm's, of `step` slices.
     pub cells: [u32; 2],
     /// Where in the first cell the ray enters, and where in the last it leaves, 0 … 1.
@@ -61,7 +61,7 @@ impl Path {
             low: nearest.map(|n| -n as f32),
             high: [0, 1].map(|t| (size[t] - 1.0 - nearest[t]) as f32),
             last_cell: [0, 1].map(|t| ((size[t] - 2.0).max(0.0) - nearest[t]) as f32),
-            last_slice_cell: dimensions[ray.axis].saturating_sub(2) as f32,
+            last_slice: [1, 2].map(|n| dimensions[ray.axis].saturating_sub(n) as f32),
             cells: [first as u32, last as u32],
             ends: [(enter - first) as f32, (leave - last) as f32],
             cm_per_cell: 0.1 * ray.mm_per_slice * step,
@@ -84,7 +84,7 @@ const ROUND: f32 = 12_582_912.0;
 #[inline(always)]
 pub(super) fn nearest(x: f32) -> (isize, f32) {
     let shifted = x + ROUND;
-    (shifted.to_bits().wrapping_sub(ROUND.to_bits()).cast_signed() as isize, shifted - ROUND)
+    (shifted.to_bits() as isize - ROUND.to_bits() as isize, shifted - ROUND)
 }
 
 /// x limited to `low … high`. Unlike `f32::clamp` and `max`/`min` this is two instructions; a NaN, which no path has,
@@ -95,13 +95,14 @@ pub(super) fn limit(x: f32, low: f32, high: f32) -> f32 {
     if x < high { x } else { high }
 }
 
-/// The cell of interpolation that holds x: its lower corner, and how far x is across it. Outside `low … last+1` the
-/// edge holds.
+/// The cell of interpolation that holds x: its lower corner, and how far x is across it. Outside `low … high` the
+/// edge holds; `last` is the lower corner of the last cell.
 #[inline(always)]
-pub(super) fn cell(x: f32, low: f32, last: f32) -> (isize, f32) {
+pub(super) fn cell(x: f32, low: f32, high: f32, last: f32) -> (isize, f32) {
+    let x = limit(x, low, high);
     // At a voxel's centre the tie may go either way: fraction 1 of the lower cell is fraction 0 of the upper one.
     let (index, corner) = nearest(limit(x - 0.5, low, last));
-    (index, limit(x - corner, 0.0, 1.0))
+    (index, x - corner)
 }
 
 #[cfg(test)]
@@ -113,10 +114,10 @@ mod tests {
         for (x, lower, fraction) in
             [(-7.0, -3, 0.0), (-3.0, -3, 0.0), (-2.75, -3, 0.25), (3.5, 3, 0.5), (9.0, 4, 1.0)]
         {
-            assert_eq!(cell(x, -3.0, 4.0), (lower, fraction), "x = {x}");
+            assert_eq!(cell(x, -3.0, 5.0, 4.0), (lower, fraction), "x = {x}");
         }
         for k in -2..=4 {
-            let (lower, fraction) = cell(k as f32, -3.0, 4.0);
+            let (lower, fraction) = cell(k as f32, -3.0, 5.0, 4.0);
             assert_eq!(lower as f32 + fraction, k as f32);
         }
     }
