@@ -34,7 +34,7 @@ fn main() {
     let size = [720, 720];
     let views: Vec<_> = DetectorPose::stereo_pair(&grid, 1000., 1500., 0.9, size).into_iter().map(|p| View::Pose(p).into()).collect();
     let ctx = Context::new(Backend::Cpu, 0).unwrap();
-    for alg in [Algorithm::Joseph, Algorithm::Siddon] {
+    for alg in [Algorithm::Joseph] {
         let p = Projector::new(&ctx, volume.clone(), Scene { algorithm: alg, ..Scene::new(size).unwrap() }).unwrap();
         let n = if alg == Algorithm::Joseph { 3 } else { 1 };
         for _ in 0..n {

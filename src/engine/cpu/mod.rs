@@ -29,7 +29,7 @@ use tile::Tile;
 
 /// Rows of one parallel piece of work, and columns that walk together: their voxels fit the second-level cache.
 const BAND: usize = 8;
-const COLUMNS: usize = 32;
+const COLUMNS: usize = 64;
 
 /// Depth of every energy bin at which an early exit may stop: e⁻¹⁵ = 3e-7 of I0 is left at most.
 const OPAQUE: f64 = 15.0;
