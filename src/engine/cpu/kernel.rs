@@ -12,8 +12,8 @@ pub(super) trait Kernel: Sync {
     /// The integral over the part `from … to` (0 … 1) of a cell, in units of the cell.
     fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, to: f32) -> L;
 
-    /// The integral over a whole cell.
-    fn whole<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L;
+    /// The integral over a whole cell; without `LIMIT`, one of the path's inner cells.
+    fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L;
 
     /// Number of blocks that hold the path's cells, and the first of them.
     fn blocks(path: &Path) -> std::ops::RangeInclusive<u32> {
@@ -39,8 +39,15 @@ pub(super) trait Kernel: Sync {
         if leaves_here {
             end = last;
         }
-        for cell in begin..end {
-            sum = sum + self.whole::<L, F>(field, path, cell);
+        let inner = path.inner.map(|cell| cell.clamp(begin, end.max(begin)));
+        for cell in begin..inner[0] {
+            sum = sum + self.whole::<true, L, F>(field, path, cell);
+        }
+        for cell in inner[0]..inner[1] {
+            sum = sum + self.whole::<false, L, F>(field, path, cell);
+        }
+        for cell in inner[1]..end {
+            sum = sum + self.whole::<true, L, F>(field, path, cell);
         }
         if leaves_here {
             sum = sum + self.part(field, path, last, 0.0, to);
@@ -55,14 +62,14 @@ pub(super) struct Joseph;
 impl Kernel for Joseph {
     #[inline(always)]
     fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, to: f32) -> L {
-        self.whole::<L, F>(field, path, cell) * (to - from)
+        self.whole::<true, L, F>(field, path, cell) * (to - from)
     }
 
     #[inline(always)]
-    fn whole<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, slice: u32) -> L {
+    fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, slice: u32) -> L {
         let [u, v] = path.at(slice as f32);
-        let (iu, fu) = cell(u, path.low[0], path.high[0], path.last_cell[0]);
-        let (iv, fv) = cell(v, path.low[1], path.high[1], path.last_cell[1]);
+        let (iu, fu) = cell::<LIMIT>(u, path.low[0], path.high[0], path.last_cell[0]);
+        let (iv, fv) = cell::<LIMIT>(v, path.low[1], path.high[1], path.last_cell[1]);
         let corner =
             path.origin + slice as isize * path.slice_stride + iu * path.stride[0] + iv * path.stride[1];
         bilinear(field, path, corner, fu, fv)
@@ -87,12 +94,12 @@ pub(super) struct March {
 
 impl March {
     #[inline(always)]
-    fn sample<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, position: f32) -> L {
+    fn sample<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, position: f32) -> L {
         let s = position * self.step - 0.5;
         let [u, v] = path.at(s);
-        let (is, fs) = cell(s, 0.0, path.last_slice[0], path.last_slice[1]);
-        let (iu, fu) = cell(u, path.low[0], path.high[0], path.last_cell[0]);
-        let (iv, fv) = cell(v, path.low[1], path.high[1], path.last_cell[1]);
+        let (is, fs) = cell::<LIMIT>(s, 0.0, path.last_slice[0], path.last_slice[1]);
+        let (iu, fu) = cell::<LIMIT>(u, path.low[0], path.high[0], path.last_cell[0]);
+        let (iv, fv) = cell::<LIMIT>(v, path.low[1], path.high[1], path.last_cell[1]);
         let corner = path.origin + is * path.slice_stride + iu * path.stride[0] + iv * path.stride[1];
         let lower = bilinear(field, path, corner, fu, fv);
         let upper = bilinear(field, path, corner + path.slice_stride, fu, fv);
@@ -103,12 +110,12 @@ impl March {
 impl Kernel for March {
     #[inline(always)]
     fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, to: f32) -> L {
-        self.sample::<L, F>(field, path, cell as f32 + 0.5 * (from + to)) * (to - from)
+        self.sample::<true, L, F>(field, path, cell as f32 + 0.5 * (from + to)) * (to - from)
     }
 
     #[inline(always)]
-    fn whole<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L {
-        self.sample(field, path, cell as f32 + 0.5)
+    fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L {
+        self.sample::<LIMIT, L, F>(field, path, cell as f32 + 0.5)
     }
 }
 
@@ -117,41 +124,59 @@ impl Kernel for March {
 pub(super) struct Siddon;
 
 impl Siddon {
-    /// The voxel that holds x, and the place 0 … `length` where the ray crosses into the voxel that holds `x_end`.
+    /// Along one transverse axis: the voxels that hold x and `x_end`, and the place 0 … `length` where the ray crosses
+    /// from the one into the other.
     #[inline(always)]
-    fn crossing(path: &Path, t: usize, x: f32, x_end: f32, length: f32) -> (isize, isize, f32) {
+    fn crossing<const LIMIT: bool>(path: &Path, t: usize, x: f32, x_end: f32, length: f32) -> [f32; 3] {
         let voxel = |x: f32| {
-            let (index, centre) = nearest(limit(x, path.low[t], path.high[t]));
+            let (low, high) = (path.low[t], path.high[t]);
+            let centre = nearest(if LIMIT { limit(x, low, high) } else { x }).1;
             // Voxels are half-open, [i−½, i+½); the tie may have gone to the lower one.
-            index + isize::from(x - centre >= 0.5 && centre < path.high[t])
+            let up = if x - centre >= 0.5 { 1.0 } else { 0.0 };
+            if LIMIT { limit(centre + up, low, high) } else { centre + up }
         };
         let begin = voxel(x);
         // Rounding at the two faces must not skip a voxel.
-        let end = voxel(x_end).clamp(begin - 1, begin + 1);
-        let plane = begin.max(end) as f32 - 0.5;
+        let end = limit(voxel(x_end), begin - 1.0, begin + 1.0);
+        let plane = if begin > end { begin - 0.5 } else { end - 0.5 };
         let at = limit((plane - x) * path.inverse_slope[t], 0.0, length);
-        (begin, end, if begin == end { length } else { at })
+        [begin, end, if begin == end { length } else { at }]
+    }
+
+    #[inline(always)]
+    fn slab<const LIMIT: bool, L: Lanes, F: Field<L>>(
+        field: &F,
+        path: &Path,
+        slice: u32,
+        from: f32,
+        length: f32,
+    ) -> L {
+        let face = slice as f32 - 0.5 + from;
+        let ([u, v], [u_end, v_end]) = (path.at(face), path.at(face + length));
+        let [u_first, u_last, cross_u] = Self::crossing::<LIMIT>(path, 0, u, u_end, length);
+        let [v_first, v_last, cross_v] = Self::crossing::<LIMIT>(path, 1, v, v_end, length);
+        let u_leads = cross_u < cross_v;
+        let (first, second) = if u_leads { (cross_u, cross_v) } else { (cross_v, cross_u) };
+        let (u_middle, v_middle) = if u_leads { (u_last, v_first) } else { (u_first, v_last) };
+        let origin = path.origin + slice as isize * path.slice_stride;
+        let voxel = |u: f32, v: f32| {
+            let (iu, iv) = (nearest(u).0, nearest(v).0);
+            field.at((origin + iu * path.stride[0] + iv * path.stride[1]).cast_unsigned())
+        };
+        voxel(u_first, v_first) * first
+            + voxel(u_middle, v_middle) * (second - first)
+            + voxel(u_last, v_last) * (length - second)
     }
 }
 
 impl Kernel for Siddon {
     #[inline(always)]
     fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, slice: u32, from: f32, to: f32) -> L {
-        let face = slice as f32 - 0.5;
-        let ([u, v], [u_end, v_end]) = (path.at(face + from), path.at(face + to));
-        let length = to - from;
-        let (iu, ju, cross_u) = Self::crossing(path, 0, u, u_end, length);
-        let (iv, jv, cross_v) = Self::crossing(path, 1, v, v_end, length);
-        let origin = path.origin + slice as isize * path.slice_stride;
-        let voxel =
-            |u: isize, v: isize| field.at((origin + u * path.stride[0] + v * path.stride[1]).cast_unsigned());
-        let (first, second) = (cross_u.min(cross_v), cross_u.max(cross_v));
-        let middle = if cross_u < cross_v { voxel(ju, iv) } else { voxel(iu, jv) };
-        voxel(iu, iv) * first + middle * (second - first) + voxel(ju, jv) * (length - second)
+        Self::slab::<true, L, F>(field, path, slice, from, to - from)
     }
 
     #[inline(always)]
-    fn whole<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, slice: u32) -> L {
-        self.part(field, path, slice, 0.0, 1.0)
+    fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, slice: u32) -> L {
+        Self::slab::<LIMIT, L, F>(field, path, slice, 0.0, 1.0)
     }
 }

@@ -30,6 +30,9 @@ pub(super) struct Path {
     pub last_slice: [f32; 2],
     /// First and last cell of the driving axis that the ray touches; cells are the algorithm's, of `step` slices.
     pub cells: [u32; 2],
+    /// The cells, first to one past the last, in which no coordinate can need a limit: the ray is more than `MARGIN`
+    /// inside the outermost voxel centres.
+    pub inner: [u32; 2],
     /// Where in the first cell the ray enters, and where in the last it leaves, 0 … 1.
     pub ends: [f32; 2],
     /// World length of one cell, cm.
@@ -37,6 +40,9 @@ pub(super) struct Path {
     /// Position in the order of work: by driving axis, then by the signs of the slopes.
     pub bin: u8,
 }
+
+/// Distance from the outermost voxel centres, voxels, beyond which float32 rounding cannot matter.
+const MARGIN: f64 = 1.0 / 128.0;
 
 impl Path {
     /// The ray's part inside the box, in cells of `step` slices.
@@ -50,6 +56,8 @@ impl Path {
         let leave = (span.leave + 0.5) / step;
         let first = enter.floor().clamp(0.0, cell_count - 1.0);
         let last = (leave.ceil() - 1.0).clamp(first, cell_count - 1.0);
+        let [inner_from, inner_to] = inner_span(ray, span, dimensions);
+        let inner = [((inner_from + 0.5) / step).ceil(), ((inner_to + 0.5) / step).floor()];
         Self {
             origin: (0..2).map(|t| nearest[t] as isize * strides[across[t]]).sum(),
             slice_stride: if dimensions[ray.axis] > 1 { strides[ray.axis] } else { 0 },
@@ -63,6 +71,7 @@ impl Path {
             last_cell: [0, 1].map(|t| ((size[t] - 2.0).max(0.0) - nearest[t]) as f32),
             last_slice: [1, 2].map(|n| dimensions[ray.axis].saturating_sub(n) as f32),
             cells: [first as u32, last as u32],
+            inner: [inner[0].max(0.0) as u32, inner[1].max(inner[0]).max(0.0) as u32],
             ends: [(enter - first) as f32, (leave - last) as f32],
             cm_per_cell: 0.1 * ray.mm_per_slice * step,
             bin: 4 * ray.axis as u8 + 2 * u8::from(ray.slope[0] < 0.0) + u8::from(ray.slope[1] < 0.0),
@@ -75,6 +84,30 @@ impl Path {
         let ds = s - self.centre;
         [self.base[0] + self.slope[0] * ds, self.base[1] + self.slope[1] * ds]
     }
+}
+
+/// The interval of s in which all three coordinates are at least `MARGIN` inside the outermost voxel centres.
+fn inner_span(ray: &Ray, span: Span, dimensions: [usize; 3]) -> [f64; 2] {
+    let last = |axis: usize| dimensions[axis] as f64 - 1.0 - MARGIN;
+    let mut from = span.enter.max(MARGIN);
+    let mut to = span.leave.min(last(ray.axis));
+    for (t, &axis) in TRANSVERSE[ray.axis].iter().enumerate() {
+        let [a, b] = [MARGIN, last(axis)].map(|bound| bound - ray.base[t]);
+        if ray.slope[t] == 0.0 {
+            if a > 0.0 || b < 0.0 {
+                to = f64::NEG_INFINITY;
+            }
+        } else {
+            let [a, b] = [a, b].map(|offset| ray.centre + offset / ray.slope[t]);
+            from = from.max(a.min(b));
+            to = to.min(a.max(b));
+        }
+    }
+    // A span that starts after it ends is empty; the ends must not be NaN or swapped.
+    if last(TRANSVERSE[ray.axis][0]) < MARGIN || last(TRANSVERSE[ray.axis][1]) < MARGIN || !(to > from) {
+        return [span.leave, span.leave];
+    }
+    [from, to]
 }
 
 /// 1.5·2²³: adding it to |x| < 2²² leaves round(x) in the low mantissa bits.
@@ -96,12 +129,12 @@ pub(super) fn limit(x: f32, low: f32, high: f32) -> f32 {
 }
 
 /// The cell of interpolation that holds x: its lower corner, and how far x is across it. Outside `low … high` the
-/// edge holds; `last` is the lower corner of the last cell.
+/// edge holds; `last` is the lower corner of the last cell. Without `LIMIT`, x must be well inside.
 #[inline(always)]
-pub(super) fn cell(x: f32, low: f32, high: f32, last: f32) -> (isize, f32) {
-    let x = limit(x, low, high);
+pub(super) fn cell<const LIMIT: bool>(x: f32, low: f32, high: f32, last: f32) -> (isize, f32) {
+    let x = if LIMIT { limit(x, low, high) } else { x };
     // At a voxel's centre the tie may go either way: fraction 1 of the lower cell is fraction 0 of the upper one.
-    let (index, corner) = nearest(limit(x - 0.5, low, last));
+    let (index, corner) = nearest(if LIMIT { limit(x - 0.5, low, last) } else { x - 0.5 });
     (index, x - corner)
 }
 
@@ -114,10 +147,10 @@ mod tests {
         for (x, lower, fraction) in
             [(-7.0, -3, 0.0), (-3.0, -3, 0.0), (-2.75, -3, 0.25), (3.5, 3, 0.5), (9.0, 4, 1.0)]
         {
-            assert_eq!(cell(x, -3.0, 5.0, 4.0), (lower, fraction), "x = {x}");
+            assert_eq!(cell::<true>(x, -3.0, 5.0, 4.0), (lower, fraction), "x = {x}");
         }
         for k in -2..=4 {
-            let (lower, fraction) = cell(k as f32, -3.0, 5.0, 4.0);
+            let (lower, fraction) = cell::<true>(k as f32, -3.0, 5.0, 4.0);
             assert_eq!(lower as f32 + fraction, k as f32);
         }
     }
