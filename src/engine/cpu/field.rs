@@ -8,6 +8,8 @@ use crate::volume::{Volume, Voxel, Voxels};
 pub(super) trait Field<L: Lanes>: Sync {
     /// The lanes of the voxel at a flat index.
     fn at(&self, index: usize) -> L;
+    /// Reads what is stored at a flat index, only to have it in cache.
+    fn touch(&self, index: usize) -> u32;
 }
 
 /// Codes looked up in a table. The codes of one scan are few, so the part of the table in use stays in cache.
@@ -20,6 +22,11 @@ impl<L: Lanes> Field<L> for ByCode<'_, L> {
     #[inline(always)]
     fn at(&self, index: usize) -> L {
         self.table[usize::from(self.codes[index])]
+    }
+
+    #[inline(always)]
+    fn touch(&self, index: usize) -> u32 {
+        u32::from(self.codes[index])
     }
 }
 
@@ -35,6 +42,11 @@ impl<L: Lanes> Field<L> for ByDensity<'_, L> {
     fn at(&self, index: usize) -> L {
         self.unit[usize::from(self.label[index])] * self.density[index]
     }
+
+    #[inline(always)]
+    fn touch(&self, index: usize) -> u32 {
+        self.density[index].to_bits() ^ u32::from(self.label[index])
+    }
 }
 
 /// Labels alone.
@@ -47,6 +59,11 @@ impl<L: Lanes> Field<L> for ByLabel<'_, L> {
     #[inline(always)]
     fn at(&self, index: usize) -> L {
         self.unit[usize::from(self.label[index])]
+    }
+
+    #[inline(always)]
+    fn touch(&self, index: usize) -> u32 {
+        u32::from(self.label[index])
     }
 }
 

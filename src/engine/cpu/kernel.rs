@@ -5,7 +5,7 @@ use crate::engine::cpu::lanes::{Lanes, lerp};
 use crate::engine::cpu::path::{Path, cell, limit, nearest};
 
 /// Cells that are summed in float32 before the sum goes to float64: error stops growing with the ray's length.
-const BLOCK: u32 = 64;
+pub(super) const BLOCK: u32 = 64;
 
 /// An algorithm. Cell k of the driving axis is [−½ + k·step, −½ + (k+1)·step].
 pub(super) trait Kernel: Sync {

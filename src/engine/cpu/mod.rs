@@ -6,6 +6,7 @@ mod lanes;
 mod path;
 mod signal;
 mod tile;
+mod window;
 
 use std::sync::Arc;
 

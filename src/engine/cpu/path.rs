@@ -78,6 +78,11 @@ impl Path {
         }
     }
 
+    /// The driving axis.
+    pub(super) fn axis(&self) -> usize {
+        usize::from(self.bin / 4)
+    }
+
     /// Transverse coordinates, relative to the reference voxel, at slice `s`.
     #[inline(always)]
     pub(super) fn at(&self, s: f32) -> [f32; 2] {

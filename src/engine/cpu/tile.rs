@@ -2,8 +2,9 @@
 
 use crate::engine::cpu::Path;
 use crate::engine::cpu::field::{Field, Table, WithField};
-use crate::engine::cpu::kernel::Kernel;
+use crate::engine::cpu::kernel::{BLOCK, Kernel};
 use crate::engine::cpu::lanes::Lanes;
+use crate::engine::cpu::window::Window;
 use crate::physics::MAX_MATERIALS;
 use crate::raycast::Ray;
 use crate::volume::Volume;
@@ -14,11 +15,13 @@ pub(super) struct Tile<'a> {
     rays: usize,
     /// Each path with the number of its ray.
     paths: Vec<(usize, Path)>,
+    /// Slices per cell.
+    step: f64,
 }
 
 struct March<'a, K, L> {
     kernel: &'a K,
-    paths: &'a [(usize, Path)],
+    tile: &'a Tile<'a>,
     opaque: &'a dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
     sums: Vec<[f64; MAX_MATERIALS]>,
     lanes: std::marker::PhantomData<L>,
@@ -33,7 +36,7 @@ impl<'a> Tile<'a> {
         };
         let mut paths: Vec<_> = rays.iter().enumerate().filter_map(path).collect();
         paths.sort_by_key(|(k, path)| (path.bin, *k));
-        Self { volume, rays: rays.len(), paths }
+        Self { volume, rays: rays.len(), paths, step }
     }
 
     /// ∫ dl of each ray in cm times the field's unit, lane by lane. A ray stops once `opaque` says so.
@@ -44,8 +47,7 @@ impl<'a> Tile<'a> {
         opaque: &dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
     ) -> Vec<[f64; MAX_MATERIALS]> {
         let sums = vec![[0.0; MAX_MATERIALS]; self.rays];
-        let mut march =
-            March { kernel, paths: &self.paths, opaque, sums, lanes: std::marker::PhantomData::<L> };
+        let mut march = March { kernel, tile: self, opaque, sums, lanes: std::marker::PhantomData::<L> };
         table.read(self.volume, &mut march);
         march.sums
     }
@@ -53,16 +55,23 @@ impl<'a> Tile<'a> {
 
 impl<K: Kernel, L: Lanes> WithField<L> for March<'_, K, L> {
     fn run<F: Field<L>>(&mut self, field: &F) {
-        let blocks = self.paths.iter().map(|(_, path)| K::blocks(path));
-        let (first, last) = blocks.fold((u32::MAX, 0), |(a, b), r| (a.min(*r.start()), b.max(*r.end())));
-        for block in first..=last {
-            for (k, path) in self.paths {
-                if !K::blocks(path).contains(&block) || (self.opaque)(&self.sums[*k]) {
-                    continue;
+        let dimensions = self.tile.volume.grid().dimensions();
+        for paths in self.tile.paths.chunk_by(|(_, a), (_, b)| a.axis() == b.axis()) {
+            let blocks = paths.iter().map(|(_, path)| K::blocks(path));
+            let (first, last) = blocks.fold((u32::MAX, 0), |(a, b), r| (a.min(*r.start()), b.max(*r.end())));
+            for block in first..=last {
+                let slices = [block, block + 1].map(|b| (f64::from(b * BLOCK) * self.tile.step - 0.5) as f32);
+                if let Some(window) = Window::around(paths, slices, dimensions) {
+                    window.touch(field, dimensions, paths.len() * BLOCK as usize);
                 }
-                let mut lanes = [0.0; MAX_MATERIALS];
-                self.kernel.block::<L, F>(field, path, block).add_to(&mut lanes);
-                self.sums[*k].iter_mut().zip(lanes).for_each(|(sum, x)| *sum += x * path.cm_per_cell);
+                for (k, path) in paths {
+                    if !K::blocks(path).contains(&block) || (self.opaque)(&self.sums[*k]) {
+                        continue;
+                    }
+                    let mut lanes = [0.0; MAX_MATERIALS];
+                    self.kernel.block::<L, F>(field, path, block).add_to(&mut lanes);
+                    self.sums[*k].iter_mut().zip(lanes).for_each(|(sum, x)| *sum += x * path.cm_per_cell);
+                }
             }
         }
     }
