@@ -6,8 +6,8 @@ use crate::error::{Error, Result};
 
 /// Most voxels along one axis; keeps every voxel index exact in float32 and in the kernels' integers.
 pub(crate) const MAX_DIMENSION: usize = 1 << 15;
-/// Most voxels of a volume (8 Gi).
-pub(crate) const MAX_VOXELS: usize = 1 << 33;
+/// Most voxels of a volume (4 Gi): flat indices fit 32 bits, in the kernels too.
+pub(crate) const MAX_VOXELS: usize = 1 << 32;
 /// Smallest |det| of index→world, relative to the product of its column norms.
 const MIN_RELATIVE_DETERMINANT: f64 = 1e-6;
 

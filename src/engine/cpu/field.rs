@@ -7,9 +7,9 @@ use crate::volume::{Volume, Voxel, Voxels};
 /// A readable volume.
 pub(super) trait Field<L: Lanes>: Sync {
     /// The lanes of the voxel at a flat index.
-    fn at(&self, index: usize) -> L;
+    fn at(&self, index: u32) -> L;
     /// Reads what is stored at a flat index, only to have it in cache.
-    fn touch(&self, index: usize) -> u32;
+    fn touch(&self, index: u32) -> u32;
 }
 
 /// Codes looked up in a table. The codes of one scan are few, so the part of the table in use stays in cache.
@@ -20,13 +20,13 @@ pub(super) struct ByCode<'a, L> {
 
 impl<L: Lanes> Field<L> for ByCode<'_, L> {
     #[inline(always)]
-    fn at(&self, index: usize) -> L {
-        self.table[usize::from(self.codes[index])]
+    fn at(&self, index: u32) -> L {
+        self.table[usize::from(self.codes[index as usize])]
     }
 
     #[inline(always)]
-    fn touch(&self, index: usize) -> u32 {
-        u32::from(self.codes[index])
+    fn touch(&self, index: u32) -> u32 {
+        u32::from(self.codes[index as usize])
     }
 }
 
@@ -39,13 +39,13 @@ pub(super) struct ByDensity<'a, L> {
 
 impl<L: Lanes> Field<L> for ByDensity<'_, L> {
     #[inline(always)]
-    fn at(&self, index: usize) -> L {
-        self.unit[usize::from(self.label[index])] * self.density[index]
+    fn at(&self, index: u32) -> L {
+        self.unit[usize::from(self.label[index as usize])] * self.density[index as usize]
     }
 
     #[inline(always)]
-    fn touch(&self, index: usize) -> u32 {
-        self.density[index].to_bits() ^ u32::from(self.label[index])
+    fn touch(&self, index: u32) -> u32 {
+        self.density[index as usize].to_bits() ^ u32::from(self.label[index as usize])
     }
 }
 
@@ -57,13 +57,13 @@ pub(super) struct ByLabel<'a, L> {
 
 impl<L: Lanes> Field<L> for ByLabel<'_, L> {
     #[inline(always)]
-    fn at(&self, index: usize) -> L {
-        self.unit[usize::from(self.label[index])]
+    fn at(&self, index: u32) -> L {
+        self.unit[usize::from(self.label[index as usize])]
     }
 
     #[inline(always)]
-    fn touch(&self, index: usize) -> u32 {
-        u32::from(self.label[index])
+    fn touch(&self, index: u32) -> u32 {
+        u32::from(self.label[index as usize])
     }
 }
 

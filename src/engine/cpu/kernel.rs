@@ -15,6 +15,12 @@ pub(super) trait Kernel: Sync {
     /// The integral over a whole cell; without `LIMIT`, one of the path's inner cells.
     fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L;
 
+    /// The integral over some of the path's inner cells.
+    #[inline(always)]
+    fn inner<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cells: std::ops::Range<u32>) -> L {
+        cells.fold(L::ZERO, |sum, cell| sum + self.whole::<false, L, F>(field, path, cell))
+    }
+
     /// Number of blocks that hold the path's cells, and the first of them.
     fn blocks(path: &Path) -> std::ops::RangeInclusive<u32> {
         path.cells[0] / BLOCK..=path.cells[1] / BLOCK
@@ -43,9 +49,7 @@ pub(super) trait Kernel: Sync {
         for cell in begin..inner[0] {
             sum = sum + self.whole::<true, L, F>(field, path, cell);
         }
-        for cell in inner[0]..inner[1] {
-            sum = sum + self.whole::<false, L, F>(field, path, cell);
-        }
+        sum = sum + self.inner(field, path, inner[0]..inner[1]);
         for cell in inner[1]..end {
             sum = sum + self.whole::<true, L, F>(field, path, cell);
         }
@@ -55,6 +59,9 @@ pub(super) trait Kernel: Sync {
         sum
     }
 }
+
+/// Slices whose positions are computed side by side.
+const WIDTH: usize = 8;
 
 /// One bilinear sample per slice.
 pub(super) struct Joseph;
@@ -70,19 +77,40 @@ impl Kernel for Joseph {
         let [u, v] = path.at(slice as f32);
         let (iu, fu) = cell::<LIMIT>(u, path.low[0], path.high[0], path.last_cell[0]);
         let (iv, fv) = cell::<LIMIT>(v, path.low[1], path.high[1], path.last_cell[1]);
-        let corner =
-            path.origin + slice as isize * path.slice_stride + iu * path.stride[0] + iv * path.stride[1];
-        bilinear(field, path, corner, fu, fv)
+        bilinear(field, path, path.index(slice, [iu, iv]), fu, fv)
+    }
+
+    /// Positions of `WIDTH` slices at a time: the compiler makes vectors of them.
+    #[inline(always)]
+    fn inner<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cells: std::ops::Range<u32>) -> L {
+        let mut sum = L::ZERO;
+        let mut slice = cells.start;
+        while slice + WIDTH as u32 <= cells.end {
+            let (mut corner, mut fu, mut fv) = ([0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);
+            for i in 0..WIDTH {
+                let slice = slice + i as u32;
+                let [u, v] = path.at(slice.cast_signed() as f32);
+                let (iu, iv);
+                (iu, fu[i]) = cell::<false>(u, path.low[0], path.high[0], path.last_cell[0]);
+                (iv, fv[i]) = cell::<false>(v, path.low[1], path.high[1], path.last_cell[1]);
+                corner[i] = path.index(slice, [iu, iv]);
+            }
+            for i in 0..WIDTH {
+                sum = sum + bilinear(field, path, corner[i], fu[i], fv[i]);
+            }
+            slice += WIDTH as u32;
+        }
+        (slice..cells.end).fold(sum, |sum, slice| sum + self.whole::<false, L, F>(field, path, slice))
     }
 }
 
 /// The field in one slice, between four voxels.
 #[inline(always)]
-fn bilinear<L: Lanes, F: Field<L>>(field: &F, path: &Path, corner: isize, fu: f32, fv: f32) -> L {
+fn bilinear<L: Lanes, F: Field<L>>(field: &F, path: &Path, corner: u32, fu: f32, fv: f32) -> L {
     let [du, dv] = path.stride;
-    let at = |index: isize| field.at(index.cast_unsigned());
-    let lower = lerp(at(corner), at(corner + du), fu);
-    let upper = lerp(at(corner + dv), at(corner + dv + du), fu);
+    let across = corner.wrapping_add(dv);
+    let lower = lerp(field.at(corner), field.at(corner.wrapping_add(du)), fu);
+    let upper = lerp(field.at(across), field.at(across.wrapping_add(du)), fu);
     lerp(lower, upper, fv)
 }
 
@@ -100,9 +128,9 @@ impl March {
         let (is, fs) = cell::<LIMIT>(s, 0.0, path.last_slice[0], path.last_slice[1]);
         let (iu, fu) = cell::<LIMIT>(u, path.low[0], path.high[0], path.last_cell[0]);
         let (iv, fv) = cell::<LIMIT>(v, path.low[1], path.high[1], path.last_cell[1]);
-        let corner = path.origin + is * path.slice_stride + iu * path.stride[0] + iv * path.stride[1];
+        let corner = path.index(is, [iu, iv]);
         let lower = bilinear(field, path, corner, fu, fv);
-        let upper = bilinear(field, path, corner + path.slice_stride, fu, fv);
+        let upper = bilinear(field, path, corner.wrapping_add(path.slice_stride), fu, fv);
         lerp(lower, upper, fs)
     }
 }
@@ -158,11 +186,7 @@ impl Siddon {
         let u_leads = cross_u < cross_v;
         let (first, second) = if u_leads { (cross_u, cross_v) } else { (cross_v, cross_u) };
         let (u_middle, v_middle) = if u_leads { (u_last, v_first) } else { (u_first, v_last) };
-        let origin = path.origin + slice as isize * path.slice_stride;
-        let voxel = |u: f32, v: f32| {
-            let (iu, iv) = (nearest(u).0, nearest(v).0);
-            field.at((origin + iu * path.stride[0] + iv * path.stride[1]).cast_unsigned())
-        };
+        let voxel = |u: f32, v: f32| field.at(path.index(slice, [nearest(u).0, nearest(v).0]));
         voxel(u_first, v_first) * first
             + voxel(u_middle, v_middle) * (second - first)
             + voxel(u_last, v_last) * (length - second)

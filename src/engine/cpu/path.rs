@@ -6,12 +6,12 @@ use crate::raycast::{Ray, Span, ray::TRANSVERSE};
 /// slice, so float32 resolves them to 1e-7 of the ray's own transverse excursion, wherever the ray is.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Path {
-    /// Flat index of the reference voxel in slice 0.
-    pub origin: isize,
-    /// Flat-index steps along the driving axis.
-    pub slice_stride: isize,
+    /// Flat index of the reference voxel in slice 0. Index arithmetic is modulo 2³²; a volume has no more voxels.
+    pub origin: u32,
+    /// Flat-index steps along the driving axis; 0 where the volume is one voxel thick.
+    pub slice_stride: u32,
     /// Flat-index steps across it; 0 where the volume is one voxel thick.
-    pub stride: [isize; 2],
+    pub stride: [u32; 2],
     /// The volume's middle along the driving axis.
     pub centre: f32,
     /// Where the ray crosses the middle slice.
@@ -47,7 +47,7 @@ const MARGIN: f64 = 1.0 / 128.0;
 impl Path {
     /// The ray's part inside the box, in cells of `step` slices.
     pub(super) fn new(ray: &Ray, span: Span, dimensions: [usize; 3], step: f64) -> Self {
-        let strides = [1, dimensions[0], dimensions[0] * dimensions[1]].map(|s| s as isize);
+        let strides = [1, dimensions[0], dimensions[0] * dimensions[1]].map(|s| s as u32);
         let across = TRANSVERSE[ray.axis];
         let size = across.map(|axis| dimensions[axis] as f64);
         let nearest = [0, 1].map(|t| (ray.base[t] + 0.5).floor().clamp(0.0, size[t] - 1.0));
@@ -59,7 +59,9 @@ impl Path {
         let [inner_from, inner_to] = inner_span(ray, span, dimensions);
         let inner = [((inner_from + 0.5) / step).ceil(), ((inner_to + 0.5) / step).floor()];
         Self {
-            origin: (0..2).map(|t| nearest[t] as isize * strides[across[t]]).sum(),
+            origin: (0..2)
+                .map(|t| (nearest[t] as u32).wrapping_mul(strides[across[t]]))
+                .fold(0, u32::wrapping_add),
             slice_stride: if dimensions[ray.axis] > 1 { strides[ray.axis] } else { 0 },
             stride: across.map(|axis| if dimensions[axis] > 1 { strides[axis] } else { 0 }),
             centre: ray.centre as f32,
@@ -81,6 +83,15 @@ impl Path {
     /// The driving axis.
     pub(super) fn axis(&self) -> usize {
         usize::from(self.bin / 4)
+    }
+
+    /// Flat index of the voxel in slice `slice`, `u` and `v` voxels from the reference voxel (modulo 2³²).
+    #[inline(always)]
+    pub(super) fn index(&self, slice: u32, [u, v]: [u32; 2]) -> u32 {
+        self.origin
+            .wrapping_add(slice.wrapping_mul(self.slice_stride))
+            .wrapping_add(u.wrapping_mul(self.stride[0]))
+            .wrapping_add(v.wrapping_mul(self.stride[1]))
     }
 
     /// Transverse coordinates, relative to the reference voxel, at slice `s`.
@@ -118,11 +129,11 @@ fn inner_span(ray: &Ray, span: Span, dimensions: [usize; 3]) -> [f64; 2] {
 /// 1.5·2²³: adding it to |x| < 2²² leaves round(x) in the low mantissa bits.
 const ROUND: f32 = 12_582_912.0;
 
-/// The integer nearest to x, and the same as a float; ties go to the even one. |x| < 2²².
+/// The integer nearest to x (modulo 2³²), and the same as a float; ties go to the even one. |x| < 2²².
 #[inline(always)]
-pub(super) fn nearest(x: f32) -> (isize, f32) {
+pub(super) fn nearest(x: f32) -> (u32, f32) {
     let shifted = x + ROUND;
-    (shifted.to_bits() as isize - ROUND.to_bits() as isize, shifted - ROUND)
+    (shifted.to_bits().wrapping_sub(ROUND.to_bits()), shifted - ROUND)
 }
 
 /// x limited to `low … high`. Unlike `f32::clamp` and `max`/`min` this is two instructions; a NaN, which no path has,
@@ -136,7 +147,7 @@ pub(super) fn limit(x: f32, low: f32, high: f32) -> f32 {
 /// The cell of interpolation that holds x: its lower corner, and how far x is across it. Outside `low … high` the
 /// edge holds; `last` is the lower corner of the last cell. Without `LIMIT`, x must be well inside.
 #[inline(always)]
-pub(super) fn cell<const LIMIT: bool>(x: f32, low: f32, high: f32, last: f32) -> (isize, f32) {
+pub(super) fn cell<const LIMIT: bool>(x: f32, low: f32, high: f32, last: f32) -> (u32, f32) {
     let x = if LIMIT { limit(x, low, high) } else { x };
     // At a voxel's centre the tie may go either way: fraction 1 of the lower cell is fraction 0 of the upper one.
     let (index, corner) = nearest(if LIMIT { limit(x - 0.5, low, last) } else { x - 0.5 });
@@ -147,15 +158,19 @@ pub(super) fn cell<const LIMIT: bool>(x: f32, low: f32, high: f32, last: f32) ->
 mod tests {
     use super::*;
 
+    fn signed((index, fraction): (u32, f32)) -> (i32, f32) {
+        (index.cast_signed(), fraction)
+    }
+
     #[test]
     fn cells_hold_their_points_and_edges_hold_outside() {
         for (x, lower, fraction) in
             [(-7.0, -3, 0.0), (-3.0, -3, 0.0), (-2.75, -3, 0.25), (3.5, 3, 0.5), (9.0, 4, 1.0)]
         {
-            assert_eq!(cell::<true>(x, -3.0, 5.0, 4.0), (lower, fraction), "x = {x}");
+            assert_eq!(signed(cell::<true>(x, -3.0, 5.0, 4.0)), (lower, fraction), "x = {x}");
         }
         for k in -2..=4 {
-            let (lower, fraction) = cell::<true>(k as f32, -3.0, 5.0, 4.0);
+            let (lower, fraction) = signed(cell::<true>(k as f32, -3.0, 5.0, 4.0));
             assert_eq!(lower as f32 + fraction, k as f32);
         }
     }

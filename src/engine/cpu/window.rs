@@ -54,9 +54,9 @@ impl Window {
             for j in self.first[1]..=self.last[1] {
                 let row = (k * dimensions[1] + j) * dimensions[0];
                 for i in (self.first[0]..=self.last[0]).step_by(LINE) {
-                    sum = sum.wrapping_add(field.touch(row + i));
+                    sum = sum.wrapping_add(field.touch((row + i) as u32));
                 }
-                sum = sum.wrapping_add(field.touch(row + self.last[0]));
+                sum = sum.wrapping_add(field.touch((row + self.last[0]) as u32));
             }
         }
         black_box(sum);
