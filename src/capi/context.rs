@@ -98,6 +98,7 @@ pub unsafe extern "C" fn drr_context_create(
 }
 
 /// Gives a context up; what was made from it stays valid. NULL is nothing. Afterwards the pointer must not be used.
+/// Its threads end soon after its last child's end, on their own time: do not unload the library.
 ///
 /// Fails, and changes nothing, for a pointer that is recognised as no live context: another type's handle, and
 /// often, but not always, one that has been destroyed before. Any thread, but no other call may be given the handle

@@ -55,20 +55,35 @@ fn passes(compiler: &Compiler, library: &Library, source: &Path) -> Result<(), F
 }
 
 fn programs(library: &Library) -> Vec<Trial> {
+    let (c11, sanitized) = (Compiler::c("c11"), Compiler::sanitized());
     let mut trials = Vec::new();
-    let mut add =
-        |name: String, compiler: Result<Compiler, String>, library: &Library, program_name: &str| {
-            let (library, source) = (library.clone(), program(program_name));
-            trials.push(needing(name, compiler, move |compiler| passes(&compiler, &library, &source)));
-        };
+    let mut add = |prefix: &str, compiler: &Result<Compiler, String>, library: &Library, name: &str| {
+        let (library, source) = (library.clone(), program(name));
+        let test = move |compiler| passes(&compiler, &library, &source);
+        trials.push(needing(format!("{prefix}::{name}"), compiler.clone(), test));
+    };
     for name in PROGRAMS {
-        add(format!("c11::{name}"), Compiler::c("c11"), library, name);
-        add(format!("sanitized::{name}"), Compiler::sanitized(), library, name);
+        add("c11", &c11, library, name);
+        add("sanitized", &sanitized, library, name);
     }
-    add("cpp17::pipeline".into(), Compiler::cpp("c++17"), library, "pipeline");
-    add("objective_c::pipeline".into(), Compiler::objective_c(), library, "pipeline");
-    add("static_library::minimal".into(), Compiler::c("c11"), &library.to_static(), "minimal");
+    add("cpp17", &Compiler::cpp("c++17"), library, "pipeline");
+    add("objective_c", &Compiler::objective_c(), library, "pipeline");
+    add("static_library", &c11, &Library::linked_statically(), "minimal");
+    let library = library.clone();
+    trials.push(needing("sanitized::finds_a_deliberate_overflow", sanitized, move |compiler| {
+        sanitizer_is_on(&compiler, &library)
+    }));
     trials
+}
+
+/// A sanitizer that is not on passes everything.
+fn sanitizer_is_on(compiler: &Compiler, library: &Library) -> Result<(), Failed> {
+    let executable = compiler.executable(&beside_this_file("overflow.c"), library)?;
+    match run(&mut Command::new(executable)) {
+        Ok(output) => Err(format!("the overflow was not found:\n{output}").into()),
+        Err(failed) if failed.message().is_some_and(|m| m.contains("heap-buffer-overflow")) => Ok(()),
+        Err(failed) => Err(failed),
+    }
 }
 
 fn headers() -> Vec<Trial> {
@@ -104,19 +119,6 @@ fn headers() -> Vec<Trial> {
     trials
 }
 
-/// A sanitizer that is not on passes everything.
-fn sanitizer_is_on(library: &Library) -> Trial {
-    let library = library.clone();
-    needing("sanitized::finds_a_deliberate_overflow", Compiler::sanitized(), move |compiler| {
-        let executable = compiler.executable(&beside_this_file("overflow.c"), &library)?;
-        match run(&mut Command::new(executable)) {
-            Ok(output) => Err(format!("the overflow was not found:\n{output}").into()),
-            Err(failed) if failed.message().is_some_and(|m| m.contains("heap-buffer-overflow")) => Ok(()),
-            Err(failed) => Err(failed),
-        }
-    })
-}
-
 /// A program that nobody runs tests nothing.
 fn no_program_is_forgotten() -> Result<(), Failed> {
     for entry in std::fs::read_dir(root().join("cabi-tests"))? {
@@ -130,10 +132,9 @@ fn no_program_is_forgotten() -> Result<(), Failed> {
 }
 
 fn main() {
-    let library = Library::under_test();
+    let library = Library::shared();
     let mut trials = vec![Trial::test("no_program_is_forgotten", no_program_is_forgotten)];
     trials.extend(headers());
     trials.extend(programs(&library));
-    trials.push(sanitizer_is_on(&library));
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }

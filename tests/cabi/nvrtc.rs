@@ -9,11 +9,11 @@ use libtest_mimic::Failed;
 type Program = *mut c_void;
 
 /// NVRTC.
-pub struct Nvrtc(Library);
+pub(super) struct Nvrtc(Library);
 
 impl Nvrtc {
     /// The library named by `DRR_NVRTC`, or one of the loader's usual names.
-    pub fn load() -> Result<Self, String> {
+    pub(super) fn load() -> Result<Self, String> {
         let given = std::env::var("DRR_NVRTC").ok();
         let usual =
             ["libnvrtc.so", "libnvrtc.so.13", "libnvrtc.so.12", "nvrtc64_130_0.dll", "nvrtc64_120_0.dll"];
@@ -28,7 +28,7 @@ impl Nvrtc {
     }
 
     /// Compiles CUDA C++ that includes one header, to PTX.
-    pub fn ptx(&self, source: &str, header_name: &str, header: &str) -> Result<String, Failed> {
+    pub(super) fn ptx(&self, source: &str, header_name: &str, header: &str) -> Result<String, Failed> {
         let [source, header_name, header] = [source, header_name, header].map(CString::new);
         let (source, header_name, header) = (source?, header_name?, header?);
         let options = [c"--gpu-architecture=compute_75", c"--std=c++17"];

@@ -3,12 +3,11 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::OnceLock;
 
 use libtest_mimic::Failed;
 
 /// Runs a command; its output, or what it said when it failed.
-pub fn run(command: &mut Command) -> Result<String, Failed> {
+pub(super) fn run(command: &mut Command) -> Result<String, Failed> {
     let output = command.output().map_err(|error| format!("{command:?}: {error}"))?;
     let text = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
     if output.status.success() {
@@ -25,7 +24,7 @@ fn scratch() -> PathBuf {
 
 /// The library as cargo built it for this very run.
 #[derive(Clone)]
-pub struct Library {
+pub(super) struct Library {
     /// Last arguments of the linker's command line.
     link: Vec<OsString>,
     /// What sets executables apart that are linked in different ways.
@@ -34,7 +33,7 @@ pub struct Library {
 
 impl Library {
     /// The shared library, in a folder where the linker and the loader find it by their names for it.
-    pub fn under_test() -> Self {
+    pub(super) fn shared() -> Self {
         let folder = scratch();
         #[cfg(not(target_vendor = "apple"))]
         let (built, names) = ("libdrr.so", ["libdrr.so", "libdrr.so.0"]);
@@ -53,8 +52,8 @@ impl Library {
         Self { link, suffix: "" }
     }
 
-    /// The same, linked statically.
-    pub fn to_static(&self) -> Self {
+    /// The static library, with what Rust's standard library needs of the system.
+    pub(super) fn linked_statically() -> Self {
         let system: &[&str] = if cfg!(target_os = "linux") { &["-lpthread", "-ldl"] } else { &[] };
         let mut link: Vec<OsString> = vec![beside_this_test("libdrr.a").into()];
         link.extend(system.iter().map(Into::into));
@@ -72,7 +71,7 @@ fn beside_this_test(name: &str) -> PathBuf {
 
 /// A compiler and the options that make it one of the header's readers.
 #[derive(Clone)]
-pub struct Compiler {
+pub(super) struct Compiler {
     name: String,
     options: Vec<String>,
     /// What sets this compiler's executables apart.
@@ -95,39 +94,34 @@ impl Compiler {
     }
 
     /// C of a standard.
-    pub fn c(standard: &str) -> Result<Self, String> {
+    pub(super) fn c(standard: &str) -> Result<Self, String> {
         let standard_option = format!("-std={standard}");
         let options = [&["-x", "c", "-pedantic", "-D_POSIX_C_SOURCE=200809L", &standard_option], &STRICT[..]];
         Self::find(standard, &["cc", "gcc", "clang"].map(String::from), &options.concat(), true)
     }
 
     /// C++ of a standard.
-    pub fn cpp(standard: &str) -> Result<Self, String> {
+    pub(super) fn cpp(standard: &str) -> Result<Self, String> {
         let standard_option = format!("-std={standard}");
         let options = [&["-x", "c++", "-pedantic", &standard_option], &STRICT[..]];
         Self::find(standard, &["c++", "g++", "clang++"].map(String::from), &options.concat(), true)
     }
 
     /// Objective-C.
-    pub fn objective_c() -> Result<Self, String> {
+    pub(super) fn objective_c() -> Result<Self, String> {
         let options = [&["-x", "objective-c", "-std=gnu11"], &STRICT[..]];
         Self::find("objective-c", &["clang", "cc", "gcc"].map(String::from), &options.concat(), true)
     }
 
-    /// C with the address and undefined-behaviour sanitizers, looked for once: the search compiles and runs.
-    pub fn sanitized() -> Result<Self, String> {
-        static FOUND: OnceLock<Result<Compiler, String>> = OnceLock::new();
-        let find = || {
-            let sanitizers = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"];
-            let options = [&["-x", "c", "-std=c11"], &STRICT[..], &sanitizers[..]];
-            let names = ["clang", "gcc", "cc"].map(String::from);
-            Self::find("sanitizing", &names, &options.concat(), true)
-        };
-        FOUND.get_or_init(find).clone()
+    /// C with the address and undefined-behaviour sanitizers.
+    pub(super) fn sanitized() -> Result<Self, String> {
+        let sanitizers = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"];
+        let options = [&["-x", "c", "-std=c11"], &STRICT[..], &sanitizers[..]];
+        Self::find("sanitizing", &["clang", "gcc", "cc"].map(String::from), &options.concat(), true)
     }
 
     /// Clang reading the header as Metal's compiler would, with stand-ins for Metal's own headers and no others.
-    pub fn metal_stand_in() -> Result<Self, String> {
+    pub(super) fn metal_stand_in() -> Result<Self, String> {
         let headers = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/support/msl");
         let metal = ["-x", "c++", "-std=c++17", "-nostdinc", "-nostdinc++", "-isystem", headers];
         let options = [&metal[..], &["-D__METAL_VERSION__=310"], &STRICT[..]];
@@ -135,12 +129,12 @@ impl Compiler {
     }
 
     /// Compiles without making anything.
-    pub fn check(&self, source: &Path) -> Result<(), Failed> {
+    pub(super) fn check(&self, source: &Path) -> Result<(), Failed> {
         run(self.command().arg("-fsyntax-only").arg(source)).map(|_| ())
     }
 
     /// Compiles and links a program.
-    pub fn executable(&self, source: &Path, library: &Library) -> Result<PathBuf, Failed> {
+    pub(super) fn executable(&self, source: &Path, library: &Library) -> Result<PathBuf, Failed> {
         let name = source.file_stem().unwrap_or_default().to_string_lossy();
         let executable = scratch().join(format!("{name}-{}{}", self.label, library.suffix));
         let mut command = self.command();
