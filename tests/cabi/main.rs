@@ -14,8 +14,8 @@ use libtest_mimic::{Arguments, Failed, Trial};
 use toolchain::{Compiler, Library, run};
 
 /// Programs of `cabi-tests/`.
-const PROGRAMS: [&str; 7] =
-    ["layout", "minimal", "errors", "lifecycle", "threads", "against_reference", "pipeline"];
+const PROGRAMS: [&str; 8] =
+    ["layout", "minimal", "errors", "lifecycle", "threads", "against_reference", "early_exit", "pipeline"];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

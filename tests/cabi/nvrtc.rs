@@ -24,7 +24,7 @@ impl Nvrtc {
                 return Ok(Self(library));
             }
         }
-        Err(format!("no NVRTC: tried {}; DRR_NVRTC gives its path", names.join(", ")))
+        Err("no NVRTC; DRR_NVRTC gives its path".to_owned())
     }
 
     /// Compiles CUDA C++ that includes one header, to PTX.
