@@ -1,10 +1,10 @@
-/* A ray may stop early: the intensity changes by at most exp(-15) of I0, and other images not at all. */
+/* A ray along a water rod may stop early: the intensity changes by at most exp(-15) of I0, and other images not at all. */
 #include <math.h>
 #include <string.h>
 
 #include "water.h"
 
-enum { MATERIALS = 4 };
+enum { MATERIALS = 4, LONG = 256, SIDE = 8 };
 
 static float whole[PIXELS], stopped[PIXELS], lines[2][PIXELS];
 
@@ -12,11 +12,17 @@ int main(void) {
     DrrContext *context = NULL;
     DrrVolume *volume = NULL;
     DrrProjector *projector = NULL;
-    const DrrVolumeDescriptor descriptor = water_descriptor();
+    static const int16_t rod[SIDE * LONG * SIDE]; /* zeros: water */
+    DrrVolumeDescriptor descriptor;
+    drr_volume_descriptor_init(&descriptor);
+    descriptor.dimensions[0] = descriptor.dimensions[2] = SIDE;
+    descriptor.dimensions[1] = LONG;
+    descriptor.index_to_world[12] = descriptor.index_to_world[14] = -(SIDE - 1) / 2.0;
+    descriptor.index_to_world[13] = -(LONG - 1) / 2.0;
     OK(drr_context_create(NULL, &context));
-    OK(drr_volume_create(context, &descriptor, water_ball(), NULL, &volume));
+    OK(drr_volume_create(context, &descriptor, rod, NULL, &volume));
     static float heavy[MATERIALS * 136];
-    for (int i = 0; i < MATERIALS * 136; i++) heavy[i] = 20.0f; /* cm^2/g: exp(-56) through 28 mm of water */
+    for (int i = 0; i < MATERIALS * 136; i++) heavy[i] = 2.0f; /* cm^2/g: exp(-51) along the rod */
     DrrScene scene = water_scene();
     scene.mass_attenuation = heavy;
     OK(drr_projector_create(volume, &scene, &projector));
