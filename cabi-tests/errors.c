@@ -125,10 +125,10 @@ static int refused_projections(const DrrVolume *volume) {
 
     DrrDetectorPose poses[2] = {good, good};
     poses[1].source[2] = NAN;
-    INVALID(drr_projector_project_poses(projector, poses, 2, &outputs), "poses[1].pose.source");
+    INVALID(drr_projector_project_poses(projector, poses, 2, &outputs), "poses[1].source");
     poses[1] = good;
     memcpy(poses[1].row_step, poses[1].column_step, sizeof poses[1].row_step);
-    INVALID(drr_projector_project_poses(projector, poses, 2, &outputs), "poses[1]");
+    INVALID(drr_projector_project_poses(projector, poses, 2, &outputs), "poses[1].column_step, row_step");
 
     ProjectionUniforms view, broken;
     OK(drr_uniforms_cone(&good, WIDTH, HEIGHT, &view));

@@ -1,15 +1,14 @@
 //! The C ABI. Its reference is `include/DRR_Shared.h`, generated from the doc comments here.
 //!
-//! One file per noun; each function checks, converts and delegates, and computes nothing. [`boundary`] turns errors
-//! and panics into a status; [`handle`], [`options`] and [`memory`] are the only readers and writers of what a caller
+//! One file per noun; each function checks, converts and delegates, and computes nothing. `boundary` turns errors
+//! and panics into a status; `handle`, `options` and `memory` are the only readers and writers of what a caller
 //! points to.
 #![allow(unsafe_code, reason = "the boundary to C")]
 #![allow(
     clippy::missing_safety_doc,
     reason = "the doc comments are the C header's and state every pointer's contract"
 )]
-#![allow(rustdoc::broken_intra_doc_links, reason = "written for C")]
-#![allow(clippy::doc_markdown, reason = "written for C")]
+#![allow(clippy::doc_markdown, rustdoc::broken_intra_doc_links, reason = "written for C")]
 
 mod boundary;
 mod handle;

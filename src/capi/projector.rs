@@ -174,9 +174,11 @@ pub(super) fn requests<V>(
     let named = |(v, view): (usize, &V)| {
         let request = request(view).and_then(|request| request.view.validate().map(|()| request));
         request.map_err(|error| match error {
-            Error::InvalidArgument { argument: part, value, valid } => {
-                Error::InvalidArgument { argument: format!("{argument}[{v}].{part}"), value, valid }
-            }
+            Error::InvalidArgument { argument: part, value, valid } => Error::InvalidArgument {
+                argument: format!("{argument}[{v}].{}", part.replace("pose.", "")),
+                value,
+                valid,
+            },
             other => other,
         })
     };

@@ -103,6 +103,9 @@ fn headers() -> Vec<Trial> {
             })
         })
         .collect();
+    trials.push(needing("header::module", Compiler::modules(), |compiler| {
+        compiler.check(&beside_this_file("module.m"))
+    }));
     trials.push(needing("header::metal_stand_in", Compiler::metal_stand_in(), |compiler| {
         compiler.check(&beside_this_file("wire_only.metal.cpp"))
     }));

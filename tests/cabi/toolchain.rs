@@ -113,6 +113,13 @@ impl Compiler {
         Self::find("objective-c", &["clang", "cc", "gcc"].map(String::from), &options.concat(), true)
     }
 
+    /// Objective-C with modules, which are Clang's.
+    pub(super) fn modules() -> Result<Self, String> {
+        let cache = format!("-fmodules-cache-path={}", scratch().join("modules").display());
+        let options = [&["-x", "objective-c", "-std=gnu11", "-fmodules", &cache], &STRICT[..]];
+        Self::find("modules", &["clang".to_owned()], &options.concat(), true)
+    }
+
     /// C with the address and undefined-behaviour sanitizers.
     pub(super) fn sanitized() -> Result<Self, String> {
         let sanitizers = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"];
