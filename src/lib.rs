@@ -1,5 +1,6 @@
 //! X-ray projector: digitally reconstructed radiographs from CT.
 
+pub mod capi;
 pub mod engine;
 pub mod error;
 #[cfg(feature = "formats")]
@@ -11,6 +12,7 @@ pub mod plan;
 mod projector;
 pub mod raycast;
 mod scene;
+pub mod shared;
 pub mod volume;
 
 pub use error::{Error, Result};

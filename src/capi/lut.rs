@@ -1,0 +1,58 @@
+//! The tables of one view, behind the addresses in its uniforms.
+
+use crate::capi::memory;
+use crate::capi::projector::ProjectorValue;
+use crate::capi::scene::{material_names, widened};
+use crate::error::{Error, Result};
+use crate::physics::{MassAttenuation, SpectralModel, Spectrum};
+use crate::shared::{DrrAddress, ProjectionUniforms};
+
+/// The view's own spectral model; `None` when both addresses are 0.
+///
+/// # Safety
+/// An address that is not 0 is a host pointer to as many floats as the uniforms' description says.
+pub(super) unsafe fn spectral_model(
+    projector: &ProjectorValue,
+    view: &ProjectionUniforms,
+) -> Result<Option<SpectralModel>> {
+    let (spectrum, mu) = (view.spectrumLutAddress, view.muLutAddress);
+    if spectrum == 0 && mu == 0 {
+        return Ok(None);
+    }
+    if !projector.polyenergetic {
+        let argument = if spectrum == 0 { "muLutAddress" } else { "spectrumLutAddress" };
+        let value = format!("{:#x}", spectrum.max(mu));
+        return Err(Error::invalid(
+            argument,
+            value,
+            "0, because the scene is without DRR_EFFECT_POLYENERGETIC",
+        ));
+    }
+    let scene = projector.projector.scene();
+    let energies = *scene.spectrum.grid();
+    let materials = scene.materials.names().len();
+    // SAFETY: the caller's promise.
+    let (weights, coefficients) = unsafe {
+        (
+            table("spectrumLutAddress", spectrum, energies.count())?,
+            table("muLutAddress", mu, materials * energies.count())?,
+        )
+    };
+    let own_spectrum = weights.map(|w| Spectrum::new("the view's spectrum", energies, w)).transpose()?;
+    let own_materials =
+        coefficients.map(|c| MassAttenuation::new(energies, material_names(materials), c)).transpose()?;
+    let spectrum = own_spectrum.as_ref().unwrap_or(&scene.spectrum);
+    SpectralModel::new(spectrum, own_materials.as_ref().unwrap_or(&scene.materials)).map(Some)
+}
+
+/// The floats at an address; `None` for 0.
+///
+/// # Safety
+/// As for [`spectral_model`].
+unsafe fn table(argument: &str, address: DrrAddress, count: usize) -> Result<Option<Vec<f64>>> {
+    let fits = usize::try_from(address);
+    let address = fits.map_err(|_| Error::invalid(argument, format!("{address:#x}"), "a host address"))?;
+    let pointer = std::ptr::with_exposed_provenance(address);
+    // SAFETY: the caller's promise.
+    Ok(unsafe { memory::read_optional(argument, pointer, count)? }.map(widened))
+}

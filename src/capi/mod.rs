@@ -1,0 +1,28 @@
+//! The C ABI. Its reference is `include/DRR_Shared.h`, generated from the doc comments here.
+//!
+//! One file per noun; each function checks, converts and delegates, and computes nothing. `boundary` turns errors
+//! and panics into a status; `handle`, `options` and `memory` are the only readers and writers of what a caller
+//! points to.
+#![allow(unsafe_code, reason = "the boundary to C")]
+#![allow(
+    clippy::missing_safety_doc,
+    reason = "the doc comments are the C header's and state every pointer's contract"
+)]
+#![allow(clippy::doc_markdown, rustdoc::broken_intra_doc_links, reason = "written for C")]
+
+mod boundary;
+mod handle;
+mod lut;
+mod memory;
+mod options;
+
+pub mod context;
+pub mod geometry;
+pub mod outputs;
+pub mod physics;
+pub mod projector;
+pub mod reference;
+pub mod scene;
+pub mod status;
+pub mod version;
+pub mod volume;

@@ -1,0 +1,103 @@
+//! Structs that may grow: they start with their size, and an initialiser fills them.
+//!
+//! The header's `drr_X_init(&x)` is an inline function that passes the size of the struct that the *program* was
+//! compiled with. A library that wrote the size of its own, newer struct would write past the end of an older one.
+
+use crate::capi::memory;
+use crate::error::{Error, Result};
+
+/// A struct that may grow by fields at its end.
+///
+/// # Safety
+/// `#[repr(C)]`, without padding, begins with `struct_size: usize`, and every bit pattern is a value.
+pub(super) unsafe trait Options: Copy {
+    /// The struct's size in each version of the header, ascending; the last is today's.
+    const SIZES: &'static [usize];
+    /// The defaults, with today's size.
+    fn defaults() -> Self;
+}
+
+/// Fills the caller's struct, of which `struct_size` bytes exist, with defaults.
+///
+/// # Safety
+/// Unless it is null or misaligned, `struct_size` bytes can be written at `place`.
+pub(super) unsafe fn init<T: Options>(argument: &str, place: *mut T, struct_size: usize) -> Result<()> {
+    memory::check(argument, place, 1)?;
+    check_size::<T>("struct_size", struct_size)?;
+    let defaults = T::defaults();
+    // SAFETY: not null, aligned; `struct_size` is at most the size of `T`, and can be written by the caller's promise.
+    // The first field is a `usize`.
+    unsafe {
+        std::ptr::copy_nonoverlapping((&raw const defaults).cast::<u8>(), place.cast::<u8>(), struct_size);
+        place.cast::<usize>().write(struct_size);
+    }
+    Ok(())
+}
+
+/// The caller's struct; the fields that an older header does not have get their defaults.
+///
+/// # Safety
+/// Unless it is null or misaligned, `place` points to a `struct_size` and as many initialised bytes as it says.
+pub(super) unsafe fn read<T: Options>(argument: &str, place: *const T) -> Result<T> {
+    memory::check(argument, place, 1)?;
+    // SAFETY: not null, aligned; `T` begins with a `usize`.
+    let struct_size = unsafe { place.cast::<usize>().read() };
+    check_size::<T>(&format!("{argument}.struct_size"), struct_size)?;
+    let mut value = T::defaults();
+    // SAFETY: at most `size_of::<T>()` bytes, initialised by the caller's promise; any bytes make a `T`.
+    unsafe {
+        std::ptr::copy_nonoverlapping(place.cast::<u8>(), (&raw mut value).cast::<u8>(), struct_size);
+    }
+    Ok(value)
+}
+
+fn check_size<T: Options>(argument: &str, struct_size: usize) -> Result<()> {
+    if T::SIZES.contains(&struct_size) {
+        return Ok(());
+    }
+    let known: Vec<_> = T::SIZES.iter().map(ToString::to_string).collect();
+    let valid = format!("{}, as set by the struct's init function", known.join(" or "));
+    Err(Error::invalid(argument, struct_size, valid))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    #[repr(C)]
+    struct Grown {
+        struct_size: usize,
+        old: u64,
+        new: u64,
+    }
+
+    // SAFETY: repr(C), no padding, starts with its size, integers only.
+    unsafe impl Options for Grown {
+        const SIZES: &'static [usize] = &[16, 24];
+        fn defaults() -> Self {
+            Self { struct_size: 24, old: 1, new: 2 }
+        }
+    }
+
+    #[test]
+    fn an_older_struct_is_neither_read_nor_written_past_its_end() {
+        let mut place = Grown { struct_size: 0, old: 77, new: 88 };
+        // SAFETY: 24 bytes are there, initialised, of which 16 are claimed.
+        unsafe {
+            init("place", &raw mut place, 16).expect("a known size");
+            assert_eq!(place, Grown { struct_size: 16, old: 1, new: 88 });
+            place.old = 5;
+            assert_eq!(read("place", &raw const place), Ok(Grown { struct_size: 16, old: 5, new: 2 }));
+            init("place", &raw mut place, 24).expect("a known size");
+            assert_eq!(place, Grown { struct_size: 24, old: 1, new: 2 });
+            for size in [0, 8, 20, 32, usize::MAX] {
+                place.struct_size = size;
+                let error = read("place", &raw const place).expect_err("an unknown size").to_string();
+                assert!(error.starts_with("place.struct_size is ") && error.contains("16 or 24"), "{error}");
+                assert!(init("place", &raw mut place, size).is_err());
+            }
+            assert!(read("place", std::ptr::null::<Grown>()).is_err());
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Status codes and the message of the last failure.
+
+use std::ffi::c_char;
+
+use crate::capi::boundary;
+use crate::error::Error;
+
+/// What a call came to: one of the DRR_STATUS constants. A later version may add codes; anything but DRR_STATUS_OK
+/// is a failure, after which nothing that the call would have written has been written.
+pub type DrrStatus = u32;
+
+/// The call did what it says.
+pub const DRR_STATUS_OK: DrrStatus = 0;
+/// An argument is NULL, misaligned, not finite or outside its range. The message names it, its value and what is
+/// valid.
+pub const DRR_STATUS_INVALID_ARGUMENT: DrrStatus = 1;
+/// The request is valid, but this build, this machine or this engine cannot serve it.
+pub const DRR_STATUS_UNSUPPORTED: DrrStatus = 2;
+/// An allocation was refused.
+pub const DRR_STATUS_OUT_OF_MEMORY: DrrStatus = 3;
+/// A defect of the library. The process can go on; please report the message.
+pub const DRR_STATUS_INTERNAL: DrrStatus = 4;
+
+/// The status that stands for an error.
+pub(super) fn of(error: &Error) -> DrrStatus {
+    match error {
+        Error::InvalidArgument { .. } => DRR_STATUS_INVALID_ARGUMENT,
+        Error::Unsupported(_) => DRR_STATUS_UNSUPPORTED,
+        Error::OutOfMemory { .. } => DRR_STATUS_OUT_OF_MEMORY,
+        // No function of the C ABI touches a file.
+        Error::File { .. } => DRR_STATUS_INTERNAL,
+    }
+}
+
+/// The name of a status, such as "DRR_STATUS_OK", or "unknown status". A static string; never NULL. Any thread.
+#[unsafe(no_mangle)]
+pub extern "C" fn drr_status_name(status: DrrStatus) -> *const c_char {
+    let name = match status {
+        DRR_STATUS_OK => c"DRR_STATUS_OK",
+        DRR_STATUS_INVALID_ARGUMENT => c"DRR_STATUS_INVALID_ARGUMENT",
+        DRR_STATUS_UNSUPPORTED => c"DRR_STATUS_UNSUPPORTED",
+        DRR_STATUS_OUT_OF_MEMORY => c"DRR_STATUS_OUT_OF_MEMORY",
+        DRR_STATUS_INTERNAL => c"DRR_STATUS_INTERNAL",
+        _ => c"unknown status",
+    };
+    name.as_ptr()
+}
+
+/// Why the last failing call of this thread failed, in UTF-8: the argument, its value and the valid range. Empty
+/// before the first failure; a call that succeeds leaves it alone. Never NULL.
+///
+/// Owned by the library and valid until the next failing call of this thread or the thread's end. Each thread has
+/// its own.
+#[unsafe(no_mangle)]
+pub extern "C" fn drr_last_error_message() -> *const c_char {
+    boundary::last_message()
+}

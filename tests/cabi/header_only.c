@@ -1,0 +1,3 @@
+#include "DRR_Shared.h"
+
+int main(void) { return sizeof(ProjectionUniforms) == 112 ? 0 : 1; }

@@ -1,0 +1,143 @@
+//! The C ABI as its users meet it: every program of `cabi-tests/` is compiled with warnings as errors, linked and run;
+//! the header is read by every compiler that it is for.
+//!
+//! What needs a tool that this machine lacks is listed as ignored, with the reason as its kind. With
+//! `DRR_REQUIRE_ALL_TOOLS=1` it fails instead.
+
+mod nvrtc;
+mod toolchain;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use libtest_mimic::{Arguments, Failed, Trial};
+use toolchain::{Compiler, Library, run};
+
+/// Programs of `cabi-tests/`.
+const PROGRAMS: [&str; 8] =
+    ["layout", "minimal", "errors", "lifecycle", "threads", "against_reference", "early_exit", "pipeline"];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn program(name: &str) -> PathBuf {
+    root().join("cabi-tests").join(name).with_extension("c")
+}
+
+fn beside_this_file(name: &str) -> PathBuf {
+    root().join("tests/cabi").join(name)
+}
+
+/// A test that needs a tool; without it, ignored for the reason given, or failing where every tool is required.
+fn needing<T: Send + 'static>(
+    name: impl Into<String>,
+    tool: Result<T, String>,
+    test: impl FnOnce(T) -> Result<(), Failed> + Send + 'static,
+) -> Trial {
+    match tool {
+        Ok(tool) => Trial::test(name, move || test(tool)),
+        Err(reason) if std::env::var_os("DRR_REQUIRE_ALL_TOOLS").is_some_and(|value| value == "1") => {
+            Trial::test(name, move || Err(reason.into()))
+        }
+        Err(reason) => Trial::test(name, || Ok(())).with_kind(reason).with_ignored_flag(true),
+    }
+}
+
+/// Compiles a program, runs it and expects it to say PASS.
+fn passes(compiler: &Compiler, library: &Library, source: &Path) -> Result<(), Failed> {
+    let executable = compiler.executable(source, library)?;
+    let output = run(Command::new(executable).env("ASAN_OPTIONS", "detect_leaks=1"))?;
+    if output.lines().last().is_some_and(|line| line.starts_with("PASS")) {
+        return Ok(());
+    }
+    Err(format!("{} does not say PASS:\n{output}", source.display()).into())
+}
+
+fn programs(library: &Library) -> Vec<Trial> {
+    let (c11, sanitized) = (Compiler::c("c11"), Compiler::sanitized());
+    let mut trials = Vec::new();
+    let mut add = |prefix: &str, compiler: &Result<Compiler, String>, library: &Library, name: &str| {
+        let (library, source) = (library.clone(), program(name));
+        let test = move |compiler| passes(&compiler, &library, &source);
+        trials.push(needing(format!("{prefix}::{name}"), compiler.clone(), test));
+    };
+    for name in PROGRAMS {
+        add("c11", &c11, library, name);
+        add("sanitized", &sanitized, library, name);
+    }
+    add("cpp17", &Compiler::cpp("c++17"), library, "pipeline");
+    add("objective_c", &Compiler::objective_c(), library, "pipeline");
+    add("static_library", &c11, &Library::linked_statically(), "minimal");
+    let library = library.clone();
+    trials.push(needing("sanitized::finds_a_deliberate_overflow", sanitized, move |compiler| {
+        sanitizer_is_on(&compiler, &library)
+    }));
+    trials
+}
+
+/// A sanitizer that is not on passes everything.
+fn sanitizer_is_on(compiler: &Compiler, library: &Library) -> Result<(), Failed> {
+    let executable = compiler.executable(&beside_this_file("overflow.c"), library)?;
+    match run(&mut Command::new(executable)) {
+        Ok(output) => Err(format!("the overflow was not found:\n{output}").into()),
+        Err(failed) if failed.message().is_some_and(|m| m.contains("heap-buffer-overflow")) => Ok(()),
+        Err(failed) => Err(failed),
+    }
+}
+
+fn headers() -> Vec<Trial> {
+    let languages = [
+        ("c99", Compiler::c("c99")),
+        ("c11", Compiler::c("c11")),
+        ("c17", Compiler::c("c17")),
+        ("cpp11", Compiler::cpp("c++11")),
+        ("cpp17", Compiler::cpp("c++17")),
+        ("objective_c", Compiler::objective_c()),
+    ];
+    let mut trials: Vec<_> = languages
+        .into_iter()
+        .map(|(language, compiler)| {
+            needing(format!("header::{language}"), compiler, |compiler| {
+                compiler.check(&beside_this_file("header_only.c"))
+            })
+        })
+        .collect();
+    trials.push(needing("header::module", Compiler::modules(), |compiler| {
+        compiler.check(&beside_this_file("module.m"))
+    }));
+    trials.push(needing("header::metal_stand_in", Compiler::metal_stand_in(), |compiler| {
+        compiler.check(&beside_this_file("wire_only.metal.cpp"))
+    }));
+    trials.push(needing("header::nvrtc", nvrtc::Nvrtc::load(), |nvrtc| {
+        let source = std::fs::read_to_string(beside_this_file("wire_only.cu"))?;
+        let header = std::fs::read_to_string(root().join("include/DRR_Shared.h"))?;
+        let ptx = nvrtc.ptx(&source, "DRR_Shared.h", &header)?;
+        // 112 bytes aligned to 16, as the device's compiler sees them.
+        if ptx.contains(".align 16") && ptx.contains("[112]") {
+            return Ok(());
+        }
+        Err(format!("no parameter of 112 bytes aligned to 16:\n{ptx}").into())
+    }));
+    trials
+}
+
+/// A program that nobody runs tests nothing.
+fn no_program_is_forgotten() -> Result<(), Failed> {
+    for entry in std::fs::read_dir(root().join("cabi-tests"))? {
+        let path = entry?.path();
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        if path.extension().is_some_and(|extension| extension == "c") && !PROGRAMS.contains(&&*name) {
+            return Err(format!("cabi-tests/{name}.c is not in the list").into());
+        }
+    }
+    Ok(())
+}
+
+fn main() {
+    let library = Library::shared();
+    let mut trials = vec![Trial::test("no_program_is_forgotten", no_program_is_forgotten)];
+    trials.extend(headers());
+    trials.extend(programs(&library));
+    libtest_mimic::run(&Arguments::from_args(), trials).exit();
+}
