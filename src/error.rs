@@ -36,7 +36,11 @@ pub enum Error {
 
 impl Error {
     /// An argument outside its range: its name, the value given, the valid range.
-    pub fn invalid(argument: impl Into<String>, value: impl ToString, valid: impl Into<String>) -> Self {
+    pub fn invalid(
+        argument: impl Into<String>,
+        value: impl std::fmt::Display,
+        valid: impl Into<String>,
+    ) -> Self {
         Self::InvalidArgument { argument: argument.into(), value: value.to_string(), valid: valid.into() }
     }
 }

@@ -4,6 +4,7 @@ use crate::error::{Error, Result};
 use crate::physics::MAX_MATERIALS;
 
 /// Which layers are wanted.
+#[expect(clippy::struct_excessive_bools, reason = "they are independent")]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Layers {
     /// Detector signal, in the units of the spectrum's weights; a ray that meets nothing gives I0 exactly.

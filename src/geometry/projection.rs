@@ -23,7 +23,7 @@ const SOURCE_TOLERANCE: f64 = 1e-5;
 impl Projection {
     /// The projection that sends every pixel centre of the pose to that pixel.
     ///
-    /// With K = [column_step row_step first_pixel−source], K⁻¹(p − source) = λ(a, b, 1) for a point p seen by the
+    /// With `K = [column_step row_step first_pixel−source]`, K⁻¹(p − source) = λ(a, b, 1) for a point p seen by the
     /// (fractional) pixel (a, b); clip x, y follow from a, b, and w = λ is 0 at the source and 1 on the detector.
     pub fn from_pose(pose: &DetectorPose, [width, height]: [usize; 2]) -> Result<Self> {
         pose.validate()?;

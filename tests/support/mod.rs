@@ -10,14 +10,15 @@ use drr::volume::{Classification, Volume};
 use drr::{Context, Projector, Scene, ViewRequest};
 use glam::{DAffine3, DMat3, DVec3};
 
-pub const ALL: Layers = Layers { intensity: true, line_integral: true, areal_density: true, bone_path: true };
+pub(crate) const ALL: Layers =
+    Layers { intensity: true, line_integral: true, areal_density: true, bone_path: true };
 
-pub fn classification() -> Classification {
+pub(crate) fn classification() -> Classification {
     Classification::named(Calibration::DEFAULT, Thresholds::DEFAULT).expect("built in")
 }
 
 /// A hash of integers to 0 … 1, so that tests need no state.
-pub fn noise(n: u64) -> f64 {
+pub(crate) fn noise(n: u64) -> f64 {
     let mut z = n.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -25,7 +26,7 @@ pub fn noise(n: u64) -> f64 {
 }
 
 /// A chest of sorts: a body with two lungs, a spine and noise, all four materials, HU by voxel.
-pub fn chest_hu([n0, n1, n2]: [usize; 3]) -> Vec<i16> {
+pub(crate) fn chest_hu([n0, n1, n2]: [usize; 3]) -> Vec<i16> {
     let mut hu = Vec::with_capacity(n0 * n1 * n2);
     for k in 0..n2 {
         for j in 0..n1 {
@@ -52,19 +53,19 @@ pub fn chest_hu([n0, n1, n2]: [usize; 3]) -> Vec<i16> {
 }
 
 /// A sheared, mirrored, anisotropic grid far from the world's origin.
-pub fn awkward_grid(dimensions: [usize; 3]) -> Grid {
+pub(crate) fn awkward_grid(dimensions: [usize; 3]) -> Grid {
     let columns =
         DMat3::from_cols(DVec3::new(-1.9, 0.1, 0.0), DVec3::new(0.05, 2.1, 0.2), DVec3::new(0.0, 0.7, 3.1));
     Grid::new(dimensions, DAffine3 { matrix3: columns, translation: DVec3::new(430.0, -77.0, 1210.0) })
         .expect("valid")
 }
 
-pub fn volume(grid: Grid) -> Arc<Volume> {
+pub(crate) fn volume(grid: Grid) -> Arc<Volume> {
     Arc::new(Volume::from_int16(grid, &chest_hu(grid.dimensions()), None, &classification()).expect("valid"))
 }
 
 /// Views that look along every axis, obliquely, and from inside.
-pub fn poses(grid: &Grid, size: [usize; 2]) -> Vec<(&'static str, DetectorPose)> {
+pub(crate) fn poses(grid: &Grid, size: [usize; 2]) -> Vec<(&'static str, DetectorPose)> {
     let extent = grid.length_mm(DVec3::from_array(grid.dimensions().map(|n| n as f64)));
     let pixel = 1.6 * extent / size[0] as f64;
     let arm = |angle| DetectorPose::c_arm(grid.centre(), angle, 1000.0, 1500.0, pixel, size);
@@ -91,19 +92,19 @@ pub fn poses(grid: &Grid, size: [usize; 2]) -> Vec<(&'static str, DetectorPose)>
     ]
 }
 
-pub fn projector(backend: Backend, volume: &Arc<Volume>, scene: Scene) -> Projector {
+pub(crate) fn projector(backend: Backend, volume: &Arc<Volume>, scene: Scene) -> Projector {
     let context = Context::new(backend, 2).expect("threads start");
     Projector::new(&context, volume.clone(), scene).expect("the scene is valid")
 }
 
-pub fn requests(poses: impl IntoIterator<Item = DetectorPose>) -> Vec<ViewRequest> {
+pub(crate) fn requests(poses: impl IntoIterator<Item = DetectorPose>) -> Vec<ViewRequest> {
     poses.into_iter().map(|pose| View::Pose(pose).into()).collect()
 }
 
-pub fn quiet(_rays: usize) {}
+pub(crate) fn quiet(_rays: usize) {}
 
 /// ‖x − truth‖ / ‖truth‖; 0 for two zero images.
-pub fn relative_l2(x: &[f32], truth: &[f64]) -> f64 {
+pub(crate) fn relative_l2(x: &[f32], truth: &[f64]) -> f64 {
     assert_eq!(x.len(), truth.len());
     let norm = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
     let difference = norm(&mut x.iter().zip(truth).map(|(&a, b)| f64::from(a) - b));
@@ -111,7 +112,7 @@ pub fn relative_l2(x: &[f32], truth: &[f64]) -> f64 {
 }
 
 /// Largest |x − truth| / |truth| over pixels where |truth| is above `floor`.
-pub fn max_relative(x: &[f32], truth: &[f64], floor: f64) -> f64 {
+pub(crate) fn max_relative(x: &[f32], truth: &[f64], floor: f64) -> f64 {
     let above = x.iter().zip(truth).filter(|(_, t)| t.abs() > floor);
     above.map(|(&a, t)| ((f64::from(a) - t) / t).abs()).fold(0.0, f64::max)
 }

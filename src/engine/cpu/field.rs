@@ -111,6 +111,7 @@ impl<L: Lanes> Table<L> {
     }
 }
 
+#[expect(clippy::unnecessary_box_returns, reason = "1 MiB does not belong on the stack")]
 fn per_code<L: Lanes>(table: &[Voxel], lanes: impl Fn(Voxel) -> L) -> Box<[L; 1 << 16]> {
     let lanes: Vec<L> = table.iter().map(|&voxel| lanes(voxel)).collect();
     lanes.into_boxed_slice().try_into().unwrap_or_else(|_| unreachable!("there is one entry per 16-bit code"))

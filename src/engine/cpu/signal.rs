@@ -47,8 +47,8 @@ impl Signal {
         self.least.iter().zip(areal_density).map(|(mu, a)| mu * a).sum()
     }
 
-    /// Intensity and line integral, by log-sum-exp: with τ_k = Σ_m (μ/ρ)_m(E_k) A_m and t = min_k τ_k,
-    /// p = t − ln Σ_k w_k exp(t − τ_k), I = I0 exp(−p). Nothing overflows, and I underflows to 0 while p stays finite.
+    /// Intensity and line integral, by log-sum-exp: with `τ_k = Σ_m (μ/ρ)_m(E_k) A_m` and
+    /// `t = min_k τ_k`, `p = t − ln Σ_k w_k exp(t − τ_k)` and `I = I0 exp(−p)`. Nothing overflows, and I underflows to 0 while p stays finite.
     pub(super) fn of(&self, areal_density: &[f64; MAX_MATERIALS], depth: &mut Vec<Wide>) -> (f64, f64) {
         depth.clear();
         depth.resize(self.weights.len(), [0.0; WIDTH]);

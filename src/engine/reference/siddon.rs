@@ -46,7 +46,7 @@ fn for_each_voxel(volume: &Volume, ray: &Ray, span: Span, mut visit: impl FnMut(
 pub(super) fn integrate(volume: &Volume, ray: &Ray, span: Span) -> PerLabel {
     let mut sum = PerLabel::default();
     for_each_voxel(volume, ray, span, |length, voxel| {
-        sum[usize::from(voxel.label)] += length * voxel.density
+        sum[usize::from(voxel.label)] += length * voxel.density;
     });
     sum
 }
