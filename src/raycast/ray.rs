@@ -6,8 +6,9 @@ use glam::DVec3;
 pub(crate) const TRANSVERSE: [[usize; 2]; 3] = [[1, 2], [0, 2], [0, 1]];
 
 /// A ray in index space. Its *driving axis* is the one along which it moves fastest in index space (the lowest of
-/// equals), so that both slopes are in [−1, 1]. `s` is the coordinate along the driving axis, (u, v) are those of
-/// [`TRANSVERSE`]. The ray is at `base + slope * (s − centre)`: no point far from the volume takes part.
+/// equals), so that both slopes are in [−1, 1]. `s` is the coordinate along the driving axis, (u, v) those along the
+/// other two, the faster one in memory first. The ray is at `base + slope * (s − centre)`: no point far from the
+/// volume takes part.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ray {
     /// The driving axis, 0 … 2.
