@@ -81,7 +81,7 @@ impl From<View> for ViewRequest {
 impl Projector {
     /// Plans `scene` for `volume` and makes the context's engine ready.
     pub fn new(context: &Context, volume: Arc<Volume>, scene: Scene) -> Result<Self> {
-        let plan = Plan::new(&scene, &volume)?;
+        let plan = Plan::new(&scene, &volume, context.backend)?;
         let engine: Box<dyn Engine> = match context.backend {
             Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan, context.threads.clone())?),
             Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.algorithm)?),

@@ -1,11 +1,14 @@
 //! How a scene is simulated: the stages it calls for, what each costs and why, and what was left out.
 
 mod stage;
+#[cfg(test)]
+mod tests;
 
 pub use stage::{Omission, Stage};
 
 use serde::Serialize;
 
+use crate::engine::Backend;
 use crate::error::{Error, Result};
 use crate::scene::{Algorithm, Scene};
 use crate::volume::Volume;
@@ -15,6 +18,8 @@ use crate::volume::Volume;
 pub struct Plan {
     /// Library version that made the plan.
     pub version: &'static str,
+    /// Which engine runs it.
+    pub engine: Backend,
     /// Width and height, pixels.
     pub detector: [usize; 2],
     /// Voxels along i, j, k.
@@ -43,12 +48,16 @@ pub struct PlannedMaterial {
 }
 
 impl Plan {
-    /// Plans `scene` for `volume`.
+    /// Plans `scene` for `volume` on `engine`.
     ///
     /// # Errors
-    /// `InvalidArgument` when the scene is not valid, or the volume carries a label that has no material.
-    pub fn new(scene: &Scene, volume: &Volume) -> Result<Self> {
+    /// `InvalidArgument` when the scene is not valid, or the volume carries a label that has no material;
+    /// `Unsupported` when the engine does not have the scene's algorithm.
+    pub fn new(scene: &Scene, volume: &Volume, engine: Backend) -> Result<Self> {
         scene.validate()?;
+        if engine == Backend::Cpu && scene.algorithm == Algorithm::Exact {
+            return Err(Error::Unsupported("algorithm exact runs on the reference engine only".into()));
+        }
         let names = scene.materials.names();
         let labelled = volume.materials().iter().rposition(|m| m.labelled).unwrap_or(0);
         if labelled >= names.len() {
@@ -65,6 +74,7 @@ impl Plan {
             .collect();
         let mut plan = Self {
             version: crate::VERSION,
+            engine,
             detector: scene.detector,
             volume: volume.grid().dimensions(),
             algorithm: scene.algorithm,
@@ -107,10 +117,15 @@ impl std::fmt::Display for Plan {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [width, height] = self.detector;
         let [n0, n1, n2] = self.volume;
-        writeln!(f, "{width}×{height} pixels from {n0}×{n1}×{n2} voxels")?;
+        let engine = match self.engine {
+            Backend::Cpu => "cpu engine (float32)",
+            Backend::Reference => "reference engine (float64)",
+        };
+        writeln!(f, "{width}×{height} pixels from {n0}×{n1}×{n2} voxels on the {engine}")?;
         for stage in &self.stages {
             writeln!(f, "  run   {:<14} {}", stage.name, stage.what)?;
-            writeln!(f, "        {:<14} because {}; {}", "", stage.reason, stage.cost)?;
+            writeln!(f, "        {:<14} because {}", "", stage.reason)?;
+            writeln!(f, "        {:<14} cost per view: {}; error: {}", "", stage.cost, stage.error)?;
         }
         for omission in &self.omissions {
             writeln!(f, "  skip  {:<14} {}", omission.name, omission.reason)?;

@@ -8,14 +8,14 @@ mod signal;
 mod tile;
 mod window;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::Vec4;
 use rayon::prelude::*;
 
 use crate::engine::images::PixelValue;
 use crate::engine::{Engine, Images, Job, Layers, ViewJob};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::physics::MAX_MATERIALS;
 use crate::plan::Plan;
 use crate::raycast::Ray;
@@ -60,18 +60,12 @@ enum Accumulators {
 
 impl Cpu {
     /// Ready to project `volume` as `scene` and `plan` say, on the threads of `threads`.
-    ///
-    /// # Errors
-    /// `Unsupported` for [`Algorithm::Exact`].
     pub fn new(
         volume: Arc<Volume>,
         scene: &Scene,
         plan: &Plan,
         threads: Arc<rayon::ThreadPool>,
     ) -> Result<Self> {
-        if scene.algorithm == Algorithm::Exact {
-            return Err(Error::Unsupported("algorithm exact runs on the reference engine only".into()));
-        }
         let labels: Vec<u8> = plan.materials.iter().map(|m| m.label).collect();
         let mut lane_of = [None; MAX_MATERIALS];
         labels.iter().enumerate().for_each(|(lane, &label)| lane_of[usize::from(label)] = Some(lane));
@@ -175,9 +169,8 @@ impl Cpu {
                 Tile::new(rays, &self.volume, step).integrate(&March { step: step as f32 }, table, opaque)
             }
             Algorithm::Siddon => Tile::new(rays, &self.volume, 1.0).integrate(&Siddon, table, opaque),
-            Algorithm::Joseph | Algorithm::Exact => {
-                Tile::new(rays, &self.volume, 1.0).integrate(&Joseph, table, opaque)
-            }
+            Algorithm::Joseph => Tile::new(rays, &self.volume, 1.0).integrate(&Joseph, table, opaque),
+            Algorithm::Exact => unreachable!("the plan refuses it"),
         }
     }
 
@@ -193,22 +186,17 @@ impl Cpu {
 
 impl Engine for Cpu {
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
-        let [width, height] = self.size;
-        let mut images = Images::zeroed(self.size, job.views.len(), self.materials, job.layers)?;
+        let images = Mutex::new(Images::zeroed(self.size, job.views.len(), self.materials, job.layers)?);
+        let rows = (0..self.size[1]).step_by(BAND);
         let bands: Vec<_> =
-            (0..job.views.len()).flat_map(|v| (0..height).step_by(BAND).map(move |row| (v, row))).collect();
-        let values: Vec<_> = self.threads.install(|| {
-            let project = |&(v, row): &(usize, usize)| {
+            (0..job.views.len()).flat_map(|v| rows.clone().map(move |row| (v, row))).collect();
+        self.threads.install(|| {
+            bands.par_iter().for_each(|&(v, row)| {
                 let values = self.band(&job.views[v], job.layers, row);
+                images.lock().unwrap_or_else(PoisonError::into_inner).store(v, row, &values, |x| x as f32);
                 (job.progress)(values.len() * self.supersampling * self.supersampling);
-                values
-            };
-            bands.par_iter().map(project).collect()
+            });
         });
-        debug_assert!(values.iter().all(|band| band.len() % width == 0));
-        for ((v, row), values) in bands.into_iter().zip(values) {
-            images.store(v, row, &values, |x| x as f32);
-        }
-        Ok(images)
+        Ok(images.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 }

@@ -6,7 +6,7 @@ mod march;
 mod sample;
 mod siddon;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
@@ -48,20 +48,15 @@ impl Reference {
 
     /// Projects all views of the job in float64.
     pub fn project_f64(&self, job: &Job<'_>) -> Result<Images<f64>> {
-        let mut images = Images::zeroed(self.size, job.views.len(), self.materials, job.layers)?;
+        let images = Mutex::new(Images::zeroed(self.size, job.views.len(), self.materials, job.layers)?);
         let [width, height] = self.size;
-        for (v, view) in job.views.iter().enumerate() {
-            let rows: Vec<Vec<PixelValue>> = (0..height)
-                .into_par_iter()
-                .map(|j| {
-                    let row = (0..width).map(|i| self.pixel(view, job, i, j)).collect();
-                    (job.progress)(width * self.supersampling * self.supersampling);
-                    row
-                })
-                .collect();
-            rows.iter().enumerate().for_each(|(j, row)| images.store(v, j, row, |x| x));
-        }
-        Ok(images)
+        let rows: Vec<_> = (0..job.views.len()).flat_map(|v| (0..height).map(move |j| (v, j))).collect();
+        rows.par_iter().for_each(|&(v, j)| {
+            let row: Vec<_> = (0..width).map(|i| self.pixel(&job.views[v], job, i, j)).collect();
+            images.lock().unwrap_or_else(PoisonError::into_inner).store(v, j, &row, |x| x);
+            (job.progress)(width * self.supersampling * self.supersampling);
+        });
+        Ok(images.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 
     fn pixel(&self, view: &ViewJob, job: &Job<'_>, column: usize, row: usize) -> PixelValue {

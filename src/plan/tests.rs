@@ -1,0 +1,59 @@
+use glam::DVec3;
+
+use super::*;
+use crate::geometry::Grid;
+use crate::physics::{Calibration, Spectrum, Thresholds};
+use crate::volume::Classification;
+
+fn volume(hu: &[i16], labels: Option<&[u8]>) -> Volume {
+    let grid = Grid::centred([hu.len(), 1, 1], DVec3::ONE).expect("valid");
+    let how = Classification::named(Calibration::DEFAULT, Thresholds::DEFAULT).expect("built in");
+    Volume::from_int16(grid, hu, labels, &how).expect("valid")
+}
+
+fn plan(scene: &Scene, volume: &Volume) -> Plan {
+    Plan::new(scene, volume, Backend::Cpu).expect("valid")
+}
+
+#[test]
+fn only_materials_that_can_attenuate_get_an_accumulator() {
+    let scene = Scene::new([8, 8]).expect("valid");
+    let planned = plan(&scene, &volume(&[-1000, 40, 900], None));
+    let labels: Vec<u8> = planned.materials.iter().map(|m| m.label).collect();
+    assert_eq!(labels, [2, 3], "air is vacuum at -1000 HU, lung is absent");
+    let left_out = |name: &str| planned.omissions.iter().any(|o| o.name == name);
+    assert!(left_out("air") && left_out("lung") && !left_out("soft_tissue"));
+}
+
+#[test]
+fn a_single_bin_needs_no_sum_over_energies_and_absent_bone_no_path() {
+    let scene = Scene::new([8, 8]).expect("valid");
+    let mono = Spectrum::monoenergetic(60.0).expect("valid");
+    let materials = crate::physics::MassAttenuation::named(
+        &["air", "lung", "soft_tissue", "bone_cortical"],
+        *mono.grid(),
+    );
+    let mono = Scene { spectrum: mono, materials: materials.expect("tabulated"), ..scene.clone() };
+    let names = |plan: &Plan| plan.stages.iter().map(|s| s.name).collect::<Vec<_>>();
+    assert_eq!(names(&plan(&mono, &volume(&[40], None))), ["ray march", "attenuate"]);
+    assert_eq!(names(&plan(&scene, &volume(&[900], None))), ["ray march", "spectrum", "bone path"]);
+}
+
+#[test]
+fn a_label_without_a_material_is_refused() {
+    let scene = Scene::new([8, 8]).expect("valid");
+    let error = Plan::new(&scene, &volume(&[0, 0], Some(&[1, 6])), Backend::Cpu).expect_err("label 6 of 4");
+    assert_eq!(
+        error.to_string(),
+        "scene.material_count is 4; valid: at least 7: the volume has voxels with label 6"
+    );
+}
+
+#[test]
+fn the_plan_is_json() {
+    let scene = Scene::new([8, 8]).expect("valid");
+    let json: serde_json::Value =
+        serde_json::from_str(&plan(&scene, &volume(&[40], None)).to_json()).expect("valid JSON");
+    assert_eq!(json["engine"], "cpu");
+    assert_eq!(json["stages"][0]["name"], "ray march");
+}
