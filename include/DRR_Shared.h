@@ -229,6 +229,9 @@ typedef struct DrrVolumeDescriptor {
 /// Two lines with 1.03 g/cm^3 at 0 HU.
 #define DRR_CALIBRATION_BILINEAR_1P03 2
 
+/// 1 + HU/1000 g/cm^3 throughout: bone comes out too dense, but it is what most projectors assume.
+#define DRR_CALIBRATION_LINEAR 3
+
 /// air -950 lung -200 soft tissue 200 cortical bone: the specification's four materials.
 #define DRR_THRESHOLDS_FOUR_CLASS 0
 

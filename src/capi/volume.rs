@@ -23,6 +23,8 @@ pub const DRR_CALIBRATION_WATER_ANCHORED: DrrCalibration = 0;
 pub const DRR_CALIBRATION_SCHNEIDER_2000: DrrCalibration = 1;
 /// Two lines with 1.03 g/cm³ at 0 HU.
 pub const DRR_CALIBRATION_BILINEAR_1P03: DrrCalibration = 2;
+/// 1 + HU/1000 g/cm³ throughout: bone comes out too dense, but it is what most projectors assume.
+pub const DRR_CALIBRATION_LINEAR: DrrCalibration = 3;
 
 /// Which CT numbers are which material where no label is given: one of the DRR_THRESHOLDS constants. Other values
 /// are refused. The n-th class has label n.
@@ -91,6 +93,7 @@ impl DrrVolumeDescriptor {
             DRR_CALIBRATION_WATER_ANCHORED => "water_anchored",
             DRR_CALIBRATION_SCHNEIDER_2000 => "schneider2000",
             DRR_CALIBRATION_BILINEAR_1P03 => "bilinear_1p03",
+            DRR_CALIBRATION_LINEAR => "linear",
             code => {
                 let valid = "one of the DRR_CALIBRATION constants";
                 return Err(Error::invalid("descriptor.calibration", code, valid));

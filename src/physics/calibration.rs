@@ -43,6 +43,7 @@ pub struct DensitySegment {
 /// | `water_anchored` | 1 + HU/1000 up to water, then through cortical bone (1641.885 HU, 1.92 g/cm³); continuous |
 /// | `schneider2000` | Schneider et al. 2000 as tabulated by TOPAS; 1.018 at 0 HU, jumps, not monotone |
 /// | `bilinear_1p03` | 1.03 at 0 HU, two lines, as in DeepDRR; continuous |
+/// | `linear` | 1 + HU/1000 throughout: bone too dense, but what most projectors assume |
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     name: String,
@@ -168,7 +169,7 @@ mod tests {
 
     #[test]
     fn continuous_curves_are_continuous_and_rise() {
-        for name in ["water_anchored", "bilinear_1p03"] {
+        for name in ["water_anchored", "bilinear_1p03", "linear"] {
             let samples: Vec<_> = (-10000..=30710).map(|i| density(name, f64::from(i) / 10.0)).collect();
             // At most 0.00103 g/cm³ per HU, a tenth of a HU apart.
             assert!(samples.windows(2).all(|w| w[1] > w[0] && w[1] - w[0] < 1.04e-4), "{name}");
