@@ -12,19 +12,16 @@ type Program = *mut c_void;
 pub(super) struct Nvrtc(Library);
 
 impl Nvrtc {
-    /// The library named by `DRR_NVRTC`, or one of the loader's usual names.
+    /// The library, by the loader's usual names. It loads a second one itself, so its folder must be on the loader's
+    /// path.
     pub(super) fn load() -> Result<Self, String> {
-        let given = std::env::var("DRR_NVRTC").ok();
-        let usual =
-            ["libnvrtc.so", "libnvrtc.so.13", "libnvrtc.so.12", "nvrtc64_130_0.dll", "nvrtc64_120_0.dll"];
-        let names: Vec<_> = given.map_or_else(|| usual.map(String::from).to_vec(), |path| vec![path]);
-        for name in &names {
+        for name in ["libnvrtc.so", "libnvrtc.so.13", "libnvrtc.so.12"] {
             // SAFETY: loading NVRTC runs its initialisers, which have no preconditions.
             if let Ok(library) = unsafe { Library::new(name) } {
                 return Ok(Self(library));
             }
         }
-        Err("no NVRTC; DRR_NVRTC gives its path".to_owned())
+        Err("no NVRTC on the loader's path".to_owned())
     }
 
     /// Compiles CUDA C++ that includes one header, to PTX.
