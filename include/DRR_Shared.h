@@ -81,7 +81,9 @@ typedef struct ProjectionUniforms {
 #elif defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L
 #define DRR_ASSERT(condition) _Static_assert(condition, #condition)
 #endif
-#if defined(__METAL_VERSION__) || defined(__CUDACC_RTC__)
+#if defined(__CUDACC_RTC__)
+#define DRR_OFFSET(field) __INTADDR__(&((ProjectionUniforms *)0)->field)
+#elif defined(__METAL_VERSION__)
 #define DRR_OFFSET(field) __builtin_offsetof(ProjectionUniforms, field)
 #else
 #define DRR_OFFSET(field) offsetof(ProjectionUniforms, field)
