@@ -25,8 +25,8 @@ const FAST: [Algorithm; 3] = [Algorithm::Joseph, Algorithm::March { step: 0.5 },
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Two views at -6 and +6 degrees, 720x720 pixels of 0.9 mm, source 1000 mm from the axis and 1500 mm from the detector,
-120 kVp with all its energies; phantoms as voxels of partial volume, with labels.
+Two views at -6 and +6 degrees, 720x720 pixels of 0.9 mm (120x120 of 5.4 mm for the water cylinder), source 1000 mm from the axis and 1500 mm from the detector,
+120 kVp with all its energies; phantoms as voxels of partial volume, with labels, density linear in HU.
 
   rods             centroid of each rod's shadow, row by row, against the projection of its axis; mm across the rod in
                    the plane of the isocentre; at most 0.2 mm RMSE is required, 0.02 aimed at

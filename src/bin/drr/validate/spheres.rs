@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::check::Check;
 use super::stand::{Shadows, Stand, shadow};
 
-const PIXELS: usize = 360;
+const PIXELS: usize = 720;
 /// The ball of water, 40 mm, among the parts.
 const WATER: usize = 3;
 /// Shortest chord of the ball of water that counts, mm.

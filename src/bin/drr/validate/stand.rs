@@ -6,7 +6,7 @@ use anyhow::{Context as _, Result};
 use drr::engine::{Backend, Layers};
 use drr::geometry::{DetectorPose, View};
 use drr::phantom::Phantom;
-use drr::physics::{Calibration, SpectralModel, Thresholds};
+use drr::physics::{Calibration, DensitySegment, MAX_HU, MIN_HU, SpectralModel, Thresholds};
 use drr::volume::{Classification, Volume, VolumeBuilder};
 use drr::{Algorithm, Context, Projector, Scene, ViewRequest};
 use glam::{DMat3, DVec3};
@@ -38,7 +38,8 @@ pub(super) struct Shadows {
 impl Stand {
     pub(super) fn new(phantom: Phantom, size: [usize; 3], threads: usize, console: Console) -> Result<Self> {
         let grid = phantom.grid(size).context("--size")?;
-        let how = Classification::named(Calibration::DEFAULT, Thresholds::DEFAULT)?;
+        let how =
+            Classification { calibration: linear()?, thresholds: Thresholds::named(Thresholds::DEFAULT)? };
         let context = Context::new(Backend::Cpu, threads).context("--threads")?;
         let bar = console.bar("voxelising", size[2]);
         let volume = context.install(|| {
@@ -127,6 +128,13 @@ impl Shadows {
         }
         differences
     }
+}
+
+/// Density in proportion to HU + 1000, so that a voxel that is half bone has half of its mass: what is measured is the
+/// projector and not the calibration's bend at water.
+fn linear() -> Result<Calibration> {
+    let segment = DensitySegment { first_hu: MIN_HU, end_hu: MAX_HU + 1.0, intercept: 1.0, slope: 1e-3 };
+    Ok(Calibration::new("linear", vec![segment])?)
 }
 
 /// Column and row, with fractions, of the shadow of a point.
