@@ -110,10 +110,15 @@ impl std::fmt::Display for Accuracy {
         ];
         for (i, (what, difference)) in rows.into_iter().enumerate() {
             let numbers = difference.map_or("no ray above the floor".into(), |d| {
-                format!("RMSE {:.2e} HU, max {:.2e} HU", d.rmse, d.max)
+                format!("RMSE {} HU, max {} HU", short(d.rmse), short(d.max))
             });
             write!(f, "{}        {what:<62} {numbers}", if i == 0 { "" } else { "\n" })?;
         }
         Ok(())
     }
+}
+
+/// Three digits, with an exponent where zeros would hide them.
+fn short(value: f64) -> String {
+    if value < 0.01 { format!("{value:.2e}") } else { format!("{value:.3}") }
 }

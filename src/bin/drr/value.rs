@@ -60,7 +60,7 @@ pub(crate) fn finite(text: &str) -> Result<f64, String> {
     }
 }
 
-/// A large number with a prefix: 1.23 M.
+/// A large number with a prefix: 1.2 M.
 pub(crate) fn prefixed(value: f64) -> String {
     let (scale, prefix) = match value {
         v if v >= 1e9 => (1e9, " G"),
@@ -68,7 +68,7 @@ pub(crate) fn prefixed(value: f64) -> String {
         v if v >= 1e3 => (1e3, " k"),
         _ => (1.0, " "),
     };
-    format!("{:.3}{prefix}", value / scale)
+    format!("{:.1}{prefix}", value / scale)
 }
 
 /// A duration in seconds or ms.
