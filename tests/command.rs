@@ -170,6 +170,23 @@ fn raw_outputs_are_the_layers_of_the_exr() {
 }
 
 #[test]
+fn the_picture_has_the_head_up_and_the_left_side_right() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Bone where x (to the patient's left) and z (to the head) are large, air elsewhere.
+    let hu = (0..8_u16 * 8 * 8).map(|n| if n % 8 >= 5 && n / 64 >= 5 { 1000_i16 } else { -1000 });
+    let raw: Vec<u8> = hu.flat_map(i16::to_le_bytes).collect();
+    std::fs::write(folder.path().join("ct.raw"), raw).expect("written");
+    let ct = ["--ct", "ct.raw", "--dims", "8,8,8", "--spacing", "10,10,10", "--angles", "0"];
+    succeed(folder.path(), &[&["project"], &ct[..], &["--size", "40x40", "--output", "out"]].concat());
+    let file = std::fs::File::open(folder.path().join("out/radiograph.png")).expect("a picture");
+    let mut picture = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("PNG");
+    let mut pixels = vec![0; picture.output_buffer_size().expect("small")];
+    picture.next_frame(&mut pixels).expect("PNG");
+    let bright: Vec<usize> = (0..1600).filter(|&n| pixels[n] > 0).collect();
+    assert!(bright.len() > 3 && bright.iter().all(|n| n % 40 >= 20 && n / 40 < 20), "{bright:?}");
+}
+
+#[test]
 fn labels_win_over_thresholds() {
     let folder = write_inputs();
     let all_bone = vec![3_u8; SIZE.iter().product()];
