@@ -118,7 +118,11 @@ impl VolumeBuilder {
             let label = |i: usize| labels.map_or(0, |labels| labels[piece * PIECE + i]);
             for (i, (out, &hu)) in codes.iter_mut().zip(hu).enumerate() {
                 *out = code.encode(hu, label(i));
-                seen[usize::from(*out)].store(true, Ordering::Relaxed);
+                let seen = &seen[usize::from(*out)];
+                // Threads share the cache lines: write only what changes.
+                if !seen.load(Ordering::Relaxed) {
+                    seen.store(true, Ordering::Relaxed);
+                }
             }
         });
         self.filled = range.end;
@@ -198,7 +202,12 @@ impl VolumeBuilder {
                     format!("{count}, one per voxel"),
                 ));
             }
-            if let Some(bad) = labels.par_iter().position_first(|&l| usize::from(l) >= MAX_MATERIALS) {
+            let valid = |&label: &u8| usize::from(label) < MAX_MATERIALS;
+            // Piece by piece without early exit, which the compiler vectorises.
+            let all_valid = |piece: &[u8]| piece.iter().fold(true, |all, label| all & valid(label));
+            if !labels.par_chunks(PIECE).all(all_valid)
+                && let Some(bad) = labels.iter().position(|label| !valid(label))
+            {
                 let at = self.position(self.filled + bad);
                 return Err(Error::invalid(format!("label at voxel {at:?}"), labels[bad], "0 … 7"));
             }

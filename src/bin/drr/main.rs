@@ -1,2 +1,64 @@
-//! The command `drr`.
-fn main() {}
+//! The command `drr`: X-ray projections of CT volumes. Every subcommand is a file; `drr --help` is the manual.
+#![allow(clippy::doc_markdown, reason = "comments on arguments are texts for a terminal, not Markdown")]
+
+mod accuracy;
+mod bench;
+mod cli;
+mod console;
+mod ct;
+mod default_ct;
+mod effort;
+mod inputs;
+mod memory;
+mod method;
+mod output;
+mod phantom;
+mod physics;
+mod plan;
+mod project;
+mod validate;
+mod value;
+mod views;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use clap::error::ErrorKind;
+
+use cli::{Cli, Command};
+use console::Console;
+
+/// What went wrong lies in the arguments or in an input.
+const BAD_INPUT: u8 = 2;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
+            error.exit()
+        }
+        Err(error) => {
+            // One line, without the usage that clap adds after an empty line.
+            let text = error.to_string();
+            let message = text.split("\n\n").next().unwrap_or(&text);
+            eprintln!("{}", message.split_whitespace().collect::<Vec<_>>().join(" "));
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    let console = Console::new(cli.quiet);
+    let done = match cli.command {
+        None => project::main_job(console),
+        Some(Command::Project(arguments)) => project::run(&arguments, console),
+        Some(Command::Plan(arguments)) => plan::run(&arguments, console),
+        Some(Command::Bench(arguments)) => bench::run(&arguments, console),
+        Some(Command::Phantom(arguments)) => phantom::run(&arguments, console),
+        Some(Command::Validate(arguments)) => validate::run(&arguments, console),
+    };
+    done.unwrap_or_else(|error| {
+        eprintln!("error: {error:#}");
+        match error.downcast_ref::<drr::Error>() {
+            Some(drr::Error::OutOfMemory { .. }) => ExitCode::FAILURE,
+            _ => ExitCode::from(BAD_INPUT),
+        }
+    })
+}

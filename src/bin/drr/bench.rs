@@ -1,0 +1,185 @@
+//! `drr bench`.
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::Result;
+use clap::Args;
+use drr::engine::Layers;
+use drr::volume::{Volume, Voxels};
+use rayon::prelude::*;
+use serde_json::json;
+
+use crate::console::Console;
+use crate::effort::Effort;
+use crate::inputs::{Inputs, Setup};
+use crate::memory;
+use crate::method::{describe, engine_name};
+use crate::value::{prefixed, seconds};
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+The line integral and the intensity of all views are projected, with the volume resident and without writing files. The
+read pass sums the voxels' bytes on all threads: no projector that reads every voxel once can be faster. One run of
+every stage comes first and is not counted.")]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    inputs: Inputs,
+    /// Runs of every stage
+    #[arg(long, value_name = "N", default_value = "7", help_heading = "Output")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+    repeat: u32,
+    /// Print one JSON object: median_seconds and times (s, the projection of all views), peak_bytes, stages, ...
+    #[arg(long, help_heading = "Output")]
+    json: bool,
+}
+
+/// Durations of one stage, s.
+struct Times {
+    name: &'static str,
+    all: Vec<f64>,
+}
+
+impl Times {
+    fn new(name: &'static str) -> Self {
+        Self { name, all: Vec::new() }
+    }
+
+    fn sorted(&self) -> Vec<f64> {
+        let mut sorted = self.all.clone();
+        sorted.sort_by(f64::total_cmp);
+        sorted
+    }
+
+    fn median(&self) -> f64 {
+        let sorted = self.sorted();
+        let middle = sorted.len() / 2;
+        if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (sorted[middle - 1] + sorted[middle]) }
+    }
+
+    fn to_json(&self) -> serde_json::Value {
+        let sorted = self.sorted();
+        json!({ "median_seconds": self.median(), "min_seconds": sorted[0], "max_seconds": sorted[sorted.len() - 1] })
+    }
+}
+
+/// `drr bench`.
+pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
+    let console = console.without_text(arguments.json);
+    let setup = arguments.inputs.setup()?;
+    let runs = arguments.repeat;
+    let (volume, load, classify) = load(&setup, runs, console)?;
+    let views = setup.views(&volume)?;
+    let requests = views.requests();
+
+    let mut create = Times::new("projector creation");
+    let mut projector = setup.projector(volume.clone(), views.size)?;
+    for _ in 0..runs {
+        let start = Instant::now();
+        projector = setup.projector(volume.clone(), views.size)?;
+        create.all.push(start.elapsed().as_secs_f64());
+    }
+    let layers = Layers { intensity: true, line_integral: true, ..Layers::default() };
+    let mut project = Times::new("projection");
+    let mut read = Times::new("read pass");
+    let bar = console.bar("projecting", runs as usize + 1);
+    for run in 0..=runs {
+        let start = Instant::now();
+        std::hint::black_box(projector.project(&requests, layers, &|_| ())?);
+        let projected = start.elapsed().as_secs_f64();
+        let start = Instant::now();
+        std::hint::black_box(setup.context.install(|| read_pass(&volume)));
+        if run > 0 {
+            project.all.push(projected);
+            read.all.push(start.elapsed().as_secs_f64());
+        }
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+
+    let effort = Effort::of(&projector, &requests)?;
+    let stages = [&load, &classify, &create, &project, &read];
+    let median = project.median();
+    let ratio = median / read.median();
+    if arguments.json {
+        let stages: serde_json::Map<_, _> =
+            stages.iter().map(|times| (times.name.replace(' ', "_"), times.to_json())).collect();
+        let report = json!({
+            "median_seconds": median,
+            "times": project.all,
+            "peak_bytes": memory::peak_bytes(),
+            "engine": engine_name(setup.context.backend()),
+            "algorithm": describe(projector.scene().algorithm),
+            "threads": setup.context.threads(),
+            "version": drr::VERSION,
+            "volume": volume.grid().dimensions(),
+            "volume_bytes": volume.bytes(),
+            "detector": views.size,
+            "views": requests.len(),
+            "supersampling": projector.scene().supersampling,
+            "stages": stages,
+            "rays_per_second": effort.rays / median,
+            "samples_per_second": effort.samples / median,
+            "ratio_to_read_pass": ratio,
+        });
+        Console::answer(report);
+        return Ok(ExitCode::SUCCESS);
+    }
+    let [n0, n1, n2] = volume.grid().dimensions();
+    let [width, height] = views.size;
+    console.say(format_args!("{}: {n0}×{n1}×{n2} voxels, {} view(s) of {width}×{height} pixels, {} on {} with {} thread(s), {runs} runs",
+        arguments.inputs.ct.name(), requests.len(), describe(projector.scene().algorithm),
+        engine_name(setup.context.backend()), setup.context.threads()));
+    for times in stages {
+        let sorted = times.sorted();
+        console.say(format_args!(
+            "  {:<20} median {:>10}   min {:>10}   max {:>10}",
+            times.name,
+            seconds(times.median()),
+            seconds(sorted[0]),
+            seconds(sorted[sorted.len() - 1]),
+        ));
+    }
+    console.say(format_args!(
+        "  throughput           {}rays/s, {}samples/s; {ratio:.1} times the read pass",
+        prefixed(effort.rays / median),
+        prefixed(effort.samples / median),
+    ));
+    let bytes = |n: f64| format!("{}B", prefixed(n));
+    let peak = memory::peak_bytes().map_or("unknown".into(), |n| bytes(n as f64));
+    console.say(format_args!("  memory               peak {peak}, volume {}", bytes(volume.bytes() as f64)));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Loads again and again; never holds two volumes.
+fn load(setup: &Setup<'_>, runs: u32, console: Console) -> Result<(Arc<Volume>, Times, Times)> {
+    let (mut load, mut classify) = (Times::new("load"), Times::new("classification"));
+    let mut volume = setup.load(console)?.volume;
+    for _ in 0..runs {
+        drop(volume);
+        let loaded = setup.load(console)?;
+        load.all.push(loaded.reading.as_secs_f64());
+        classify.all.push(loaded.classifying.as_secs_f64());
+        volume = loaded.volume;
+    }
+    Ok((Arc::new(volume), load, classify))
+}
+
+/// Voxels of one parallel piece of work.
+const PIECE: usize = 1 << 18;
+
+/// Reads every voxel once.
+fn read_pass(volume: &Volume) -> u64 {
+    match volume.voxels() {
+        Voxels::Coded { codes, .. } => {
+            codes.par_chunks(PIECE).map(|piece| piece.iter().map(|&code| u64::from(code)).sum::<u64>()).sum()
+        }
+        Voxels::Dense { density, label } => {
+            let bits = |piece: &[f32]| piece.iter().map(|&value| u64::from(value.to_bits())).sum::<u64>();
+            let labels = |piece: &[u8]| piece.iter().map(|&value| u64::from(value)).sum::<u64>();
+            density.par_chunks(PIECE).map(bits).sum::<u64>()
+                + label.par_chunks(PIECE).map(labels).sum::<u64>()
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! The command line.
+
+use clap::{Parser, Subcommand};
+
+const ABOUT: &str = "\
+X-ray projections (digitally reconstructed radiographs) of CT volumes: cone beam, poly-energetic, with the error measured.
+
+Without a subcommand, `drr` projects the CT that it carries (a chest, LIDC-IDRI-0001 at low resolution) into two views
+of 720x720 pixels at -6 and +6 degrees, 120 kVp, and writes images, picture and plan to ./drr-output.
+
+World: LPS (x to the patient's left, y to the back, z to the head), mm. Energies: keV. Angles: degrees.";
+
+const EXAMPLES: &str = "\
+Examples:
+  drr                                                     the main job on the built-in CT
+  drr project --ct chest.nii.gz --output out              two views of a CT of your own
+  drr project --ct chest.raw --dims 512,512,300 --spacing 0.7,0.7,1 --angles -6,0,6 --raw --output out
+  drr project --ct chest.nii.gz --engine reference --algorithm exact --size 90x90 --output truth
+  drr plan --ct chest.nii.gz                              what would run, and why
+  drr bench --json                                        how long each stage takes
+  drr phantom thorax --noise --size 720,720,665 --output thorax.nii
+  drr validate                                            the measured error against closed forms
+
+Exit codes: 0 done; 1 a validation failed or memory ran out; 2 an argument or an input is not valid.";
+
+/// The arguments of the command.
+#[derive(Debug, Parser)]
+#[command(name = "drr", version, about = "X-ray projections (DRRs) of CT volumes", long_about = ABOUT)]
+#[command(after_help = EXAMPLES, max_term_width = 110)]
+pub(crate) struct Cli {
+    /// Print nothing but errors and what was asked for (--json, --list); no progress bars.
+    #[arg(long, short, global = true)]
+    pub(crate) quiet: bool,
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Project a CT: OpenEXR images, a PNG picture and the plan.
+    Project(crate::project::Arguments),
+    /// Print what `project` would run with the same arguments, and why.
+    Plan(crate::plan::Arguments),
+    /// Time every stage of a projection, with a pass over the memory for comparison.
+    Bench(crate::bench::Arguments),
+    /// Write a phantom with known line integrals as a NIfTI volume.
+    Phantom(crate::phantom::Arguments),
+    /// Measure the errors of rods, a water cylinder and spheres against their closed forms.
+    Validate(crate::validate::Arguments),
+}

@@ -1,0 +1,74 @@
+//! What `project`, `plan` and `bench` take, and the projector that comes of it.
+
+use std::sync::Arc;
+
+use anyhow::{Context as _, Result};
+use clap::Args;
+use drr::geometry::View;
+use drr::volume::Volume;
+use drr::{Context, Projector, Scene, ViewRequest};
+
+use crate::console::Console;
+use crate::ct::{CtArguments, Loaded};
+use crate::method::MethodArguments;
+use crate::physics::{Physics, PhysicsArguments};
+use crate::views::{ViewArguments, Views};
+
+#[derive(Debug, Clone, Default, Args)]
+pub(crate) struct Inputs {
+    #[command(flatten)]
+    pub(crate) ct: CtArguments,
+    #[command(flatten)]
+    views: ViewArguments,
+    #[command(flatten)]
+    physics: PhysicsArguments,
+    #[command(flatten)]
+    method: MethodArguments,
+}
+
+/// Arguments that have been checked as far as they can be without the volume.
+pub(crate) struct Setup<'a> {
+    inputs: &'a Inputs,
+    pub(crate) physics: Physics,
+    pub(crate) context: Context,
+    algorithm: drr::Algorithm,
+}
+
+impl Inputs {
+    pub(crate) fn setup(&self) -> Result<Setup<'_>> {
+        let (physics, algorithm) = (self.physics.physics()?, self.method.algorithm()?);
+        Ok(Setup { inputs: self, physics, context: self.method.context()?, algorithm })
+    }
+}
+
+impl Setup<'_> {
+    /// Reads the volume.
+    pub(crate) fn load(&self, console: Console) -> Result<Loaded> {
+        self.context.install(|| self.inputs.ct.load(&self.physics.classification, console))
+    }
+
+    /// The views of a volume.
+    pub(crate) fn views(&self, volume: &Volume) -> Result<Views> {
+        self.inputs.views.views(volume.grid())
+    }
+
+    /// A projector for detectors of that size.
+    pub(crate) fn projector(&self, volume: Arc<Volume>, size: [usize; 2]) -> Result<Projector> {
+        let scene = Scene {
+            detector: size,
+            spectrum: self.physics.spectrum.clone(),
+            materials: self.physics.materials.clone(),
+            algorithm: self.algorithm,
+            supersampling: self.inputs.method.supersample,
+            bone: self.physics.bone,
+        };
+        Projector::new(&self.context, volume, scene).context("--materials")
+    }
+}
+
+impl Views {
+    /// What to ask a projector for.
+    pub(crate) fn requests(&self) -> Vec<ViewRequest> {
+        self.poses.iter().map(|&pose| View::Pose(pose).into()).collect()
+    }
+}

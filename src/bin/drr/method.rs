@@ -1,0 +1,96 @@
+//! How line integrals are taken, and on what.
+
+use anyhow::{Context as _, Result, bail};
+use clap::{Args, ValueEnum};
+use drr::engine::Backend;
+use drr::{Algorithm, Context};
+
+use crate::value;
+
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Method")]
+pub(crate) struct MethodArguments {
+    /// How line integrals are taken
+    #[arg(long, value_enum, default_value = "joseph")]
+    algorithm: AlgorithmName,
+    /// Step of the march in voxels along the driving axis, 1/64 to 1 [default: 0.5]
+    #[arg(long, value_name = "VOXELS", value_parser = value::step, allow_negative_numbers = true)]
+    step: Option<f64>,
+    /// NxN rays per pixel, whose intensities are averaged, 1 to 16
+    #[arg(long, value_name = "N", value_parser = value::supersampling, default_value = "1")]
+    pub(crate) supersample: usize,
+    /// Where it runs
+    #[arg(long, value_enum, default_value = "cpu")]
+    engine: EngineName,
+    /// Threads; 0 is one per core
+    #[arg(long, value_name = "N", default_value = "0")]
+    threads: usize,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum AlgorithmName {
+    /// One bilinear sample per slice of the driving axis
+    Joseph,
+    /// Trilinear samples at equal steps
+    March,
+    /// Exact lengths through voxels of constant value
+    Siddon,
+    /// The interpolated field integrated exactly; with --engine reference
+    Exact,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum EngineName {
+    /// float32 on all cores
+    Cpu,
+    /// float64, the truth, slow
+    Reference,
+}
+
+impl Default for MethodArguments {
+    fn default() -> Self {
+        let (algorithm, engine) = (AlgorithmName::Joseph, EngineName::Cpu);
+        Self { algorithm, step: None, supersample: 1, engine, threads: 0 }
+    }
+}
+
+impl MethodArguments {
+    pub(crate) fn algorithm(&self) -> Result<Algorithm> {
+        if self.step.is_some() && self.algorithm != AlgorithmName::March {
+            bail!("--step is given; valid: only with --algorithm march");
+        }
+        Ok(match self.algorithm {
+            AlgorithmName::Joseph => Algorithm::Joseph,
+            AlgorithmName::March => Algorithm::March { step: self.step.unwrap_or(0.5) },
+            AlgorithmName::Siddon => Algorithm::Siddon,
+            AlgorithmName::Exact if self.engine == EngineName::Cpu => {
+                bail!("--algorithm is exact; valid with --engine cpu: joseph, march, siddon")
+            }
+            AlgorithmName::Exact => Algorithm::Exact,
+        })
+    }
+
+    pub(crate) fn context(&self) -> Result<Context> {
+        let backend = match self.engine {
+            EngineName::Cpu => Backend::Cpu,
+            EngineName::Reference => Backend::Reference,
+        };
+        Context::new(backend, self.threads).context("--threads")
+    }
+}
+
+/// The name of an engine on the command line.
+pub(crate) fn engine_name(backend: Backend) -> &'static str {
+    match backend {
+        Backend::Cpu => "cpu",
+        Backend::Reference => "reference",
+    }
+}
+
+/// An algorithm with its parameters, in words.
+pub(crate) fn describe(algorithm: Algorithm) -> String {
+    match algorithm {
+        Algorithm::March { step } => format!("march, step {step} voxels"),
+        other => other.name().into(),
+    }
+}

@@ -1,0 +1,197 @@
+//! Files of a projection: one OpenEXR per view, a picture, the plan, raw layers.
+
+use std::path::Path;
+
+use anyhow::{Context as _, Result};
+use clap::ValueEnum;
+use drr::Projector;
+use drr::engine::{Images, Layers};
+use drr::formats::{ExrImage, radiograph, write_exr, write_png_gray8, write_raw_f32, write_raw_f64};
+use glam::DVec3;
+
+use crate::inputs::Setup;
+use crate::method::describe;
+use crate::views::Views;
+
+/// Most views in the picture.
+const PICTURED: usize = 6;
+
+/// A layer that can be asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub(crate) enum LayerName {
+    /// Detector signal in the units of the spectrum's weights; I0 where a ray meets nothing
+    Intensity,
+    /// p = -ln(I/I0), dimensionless
+    LineIntegral,
+    /// One layer per material, g/cm²
+    ArealDensity,
+    /// Length through voxels labelled bone, mm
+    BonePath,
+}
+
+/// A projection in the precision of its engine.
+pub(crate) enum Rendered {
+    Single(Images<f32>),
+    Double(Images<f64>),
+}
+
+/// Everything that the files say.
+pub(crate) struct Output<'a> {
+    pub(crate) setup: &'a Setup<'a>,
+    pub(crate) projector: &'a Projector,
+    pub(crate) views: &'a Views,
+    pub(crate) layers: &'a [LayerName],
+    pub(crate) rendered: &'a Rendered,
+}
+
+/// The layers that the names stand for.
+pub(crate) fn layers(names: &[LayerName]) -> Layers {
+    let has = |name| names.contains(&name);
+    Layers {
+        intensity: has(LayerName::Intensity),
+        line_integral: has(LayerName::LineIntegral),
+        areal_density: has(LayerName::ArealDensity),
+        bone_path: has(LayerName::BonePath),
+    }
+}
+
+impl Output<'_> {
+    /// Writes everything into `folder`, which is made where it is missing.
+    pub(crate) fn write(&self, folder: &Path, raw: bool) -> Result<()> {
+        std::fs::create_dir_all(folder).with_context(|| format!("--output {}", folder.display()))?;
+        let rounded;
+        let images = match self.rendered {
+            Rendered::Single(images) => images,
+            Rendered::Double(images) => {
+                rounded = images.to_f32();
+                &rounded
+            }
+        };
+        for view in 0..images.views {
+            let layers = self.named(images, view).map(|(name, values)| (name.exr, values)).collect();
+            let [width, height] = images.size;
+            let image = ExrImage { width, height, layers, metadata: self.metadata(view) };
+            write_exr(&folder.join(format!("view{view}.exr")), &image)?;
+            if raw {
+                self.write_raw(folder, view)?;
+            }
+        }
+        self.write_picture(folder, images)?;
+        let plan = folder.join("plan.json");
+        // The plan is small: its new name appears with all of it.
+        let temporary = folder.join(".plan.json.part");
+        std::fs::write(&temporary, self.projector.plan().to_json() + "\n")
+            .and_then(|()| std::fs::rename(&temporary, &plan))
+            .with_context(|| plan.display().to_string())
+    }
+
+    fn write_raw(&self, folder: &Path, view: usize) -> Result<()> {
+        let path = |name: &str, ending| folder.join(format!("view{view}_{name}.{ending}"));
+        match self.rendered {
+            Rendered::Single(images) => {
+                for (name, values) in self.named(images, view) {
+                    write_raw_f32(&path(&name.raw, "f32"), values)?;
+                }
+            }
+            Rendered::Double(images) => {
+                for (name, values) in self.named(images, view) {
+                    write_raw_f64(&path(&name.raw, "f64"), values)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The layers of a view that were asked for.
+    fn named<'a, T: Copy + Default>(
+        &'a self,
+        images: &'a Images<T>,
+        view: usize,
+    ) -> impl Iterator<Item = (Name, &'a [T])> {
+        let whole = move |name, layer: &'a [T]| vec![(Name::of(name), images.view(layer, view))];
+        self.layers.iter().flat_map(move |layer| match layer {
+            LayerName::Intensity => whole("intensity", &images.intensity),
+            LayerName::LineIntegral => whole("line_integral", &images.line_integral),
+            LayerName::BonePath => whole("bone_path", &images.bone_path),
+            LayerName::ArealDensity => {
+                let names = self.projector.scene().materials.names().iter().enumerate();
+                names.map(|(m, name)| (Name::of_material(name), images.areal_density(view, m))).collect()
+            }
+        })
+    }
+
+    /// Views side by side as a radiologist expects them: bone bright, head up.
+    fn write_picture(&self, folder: &Path, images: &Images<f32>) -> Result<()> {
+        let [width, height] = images.size;
+        let shown = images.views.min(PICTURED);
+        let upright: Vec<Vec<f32>> = (0..shown)
+            .map(|view| {
+                let values = images.view(&images.line_integral, view);
+                let rows = values.chunks_exact(width);
+                if self.views.poses[view].row_step.z > 0.0 {
+                    rows.rev().flatten().copied().collect()
+                } else {
+                    values.to_vec()
+                }
+            })
+            .collect();
+        let picture = radiograph(&upright.iter().map(Vec::as_slice).collect::<Vec<_>>(), width, height)?;
+        let path = folder.join("radiograph.png");
+        Ok(write_png_gray8(&path, picture.width, picture.height, &picture.to_gray8())?)
+    }
+
+    fn metadata(&self, view: usize) -> Vec<(String, String)> {
+        let (scene, pose) = (self.projector.scene(), self.views.poses[view]);
+        let physics = &self.setup.physics;
+        let mm = |v: DVec3| format!("{} {} {}", v.x, v.y, v.z);
+        let layers =
+            "intensity: weights of the spectrum; line_integral: 1; areal_density: g/cm\u{b2}; bone_path: mm";
+        [
+            ("version", format!("drr {}", drr::VERSION)),
+            ("view", view.to_string()),
+            ("world", "LPS, mm".into()),
+            ("source", mm(pose.source)),
+            ("first_pixel", mm(pose.first_pixel)),
+            ("column_step", mm(pose.column_step)),
+            ("row_step", mm(pose.row_step)),
+            (
+                "pixel",
+                "column i, row j: first_pixel + i column_step + j row_step; row 0 is stored first".into(),
+            ),
+            ("units", layers.into()),
+            ("spectrum", scene.spectrum.name().into()),
+            ("spectrum_energies", scene.spectrum.grid().to_string()),
+            ("i0", scene.spectral_model().map_or(0.0, |model| model.i0()).to_string()),
+            ("materials", scene.materials.names().join(", ")),
+            ("calibration", physics.classification.calibration.name().into()),
+            ("thresholds", physics.classification.thresholds.name().into()),
+            ("algorithm", describe(scene.algorithm)),
+            ("supersampling", scene.supersampling.to_string()),
+            ("engine", crate::method::engine_name(self.setup.context.backend()).into()),
+        ]
+        .map(|(name, value): (&str, String)| (format!("drr.{name}"), value))
+        .into()
+    }
+}
+
+/// What a layer is called.
+struct Name {
+    /// In OpenEXR, where a dot makes a group.
+    exr: String,
+    /// In the names of raw files.
+    raw: String,
+}
+
+impl Name {
+    fn of(name: &str) -> Self {
+        Self { exr: name.into(), raw: name.into() }
+    }
+
+    fn of_material(material: &str) -> Self {
+        // A material's own name may hold anything; a file's name may not.
+        let plain = |c: char| if c.is_ascii_alphanumeric() || "_-".contains(c) { c } else { '_' };
+        let file: String = material.chars().map(plain).collect();
+        Self { exr: format!("areal_density.{material}"), raw: format!("areal_density_{file}") }
+    }
+}

@@ -1,0 +1,162 @@
+//! The physics: spectrum, detector, materials, and what HU mean.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context as _, Result, bail};
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use drr::formats::{Column, Table, read_detector, read_materials, read_spectrum};
+use drr::physics::{Calibration, DetectorResponse, EnergyGrid, MassAttenuation, Spectrum, Thresholds};
+use drr::volume::Classification;
+
+use crate::value;
+
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Physics")]
+pub(crate) struct PhysicsArguments {
+    #[arg(long, value_name = "NAME|FILE.csv", default_value = Spectrum::DEFAULT, help = spectrum_help())]
+    spectrum: String,
+    /// All photons at one energy, keV
+    #[arg(long, value_name = "KEV", value_parser = value::positive, allow_negative_numbers = true, conflicts_with = "spectrum")]
+    mono: Option<f64>,
+    /// Signal per photon: ideal (every photon counts 1), a layer of the built-in panel (transmission, top_counting,
+    /// bottom_counting, top_energy, bottom_energy), or a CSV file "energy_keV,factor"
+    ///
+    /// Ideal is the default: which detector would be used is not known, and the factors of the built-in panel are those
+    /// of one kind of panel.
+    #[arg(long, value_name = "NAME|FILE.csv", default_value = "ideal")]
+    detector: String,
+    /// Mass attenuation coefficients in cm²/g, a CSV file "energy_keV,name0,name1,...": column n is for label n
+    ///
+    /// [default: built-in coefficients of the materials that --thresholds names]. The energies must be those of the
+    /// spectrum. Built-in coefficients exist at whole keV from 15 to 150.
+    #[arg(long, value_name = "FILE.csv")]
+    materials: Option<PathBuf>,
+    /// HU to density
+    #[arg(long, value_name = "NAME", default_value = Calibration::DEFAULT)]
+    #[arg(value_parser = PossibleValuesParser::new(Calibration::names()))]
+    calibration: String,
+    /// HU to material, where no label is given; the default has air, lung, soft tissue, and bone from 200 HU
+    #[arg(long, value_name = "NAME", default_value = Thresholds::DEFAULT)]
+    #[arg(value_parser = PossibleValuesParser::new(Thresholds::names()))]
+    thresholds: String,
+}
+
+impl Default for PhysicsArguments {
+    fn default() -> Self {
+        Self {
+            spectrum: Spectrum::DEFAULT.into(),
+            mono: None,
+            detector: "ideal".into(),
+            materials: None,
+            calibration: Calibration::DEFAULT.into(),
+            thresholds: Thresholds::DEFAULT.into(),
+        }
+    }
+}
+
+/// Everything that is not geometry.
+#[derive(Debug, Clone)]
+pub(crate) struct Physics {
+    /// With the detector folded in.
+    pub(crate) spectrum: Spectrum,
+    pub(crate) materials: MassAttenuation,
+    pub(crate) classification: Classification,
+    /// The first material whose name begins with `bone`.
+    pub(crate) bone: Option<u8>,
+}
+
+impl PhysicsArguments {
+    pub(crate) fn physics(&self) -> Result<Physics> {
+        let classification = Classification {
+            calibration: Calibration::named(&self.calibration).context("--calibration")?,
+            thresholds: Thresholds::named(&self.thresholds).context("--thresholds")?,
+        };
+        let own = self.materials.as_deref().map(own_materials).transpose()?;
+        let source = self.source(own.as_ref())?;
+        let detector = self.response(*source.grid())?;
+        let spectrum = source.folded(&detector).context("--detector")?;
+        let materials = match own {
+            Some(materials) => materials,
+            None => built_in(&classification.thresholds, *spectrum.grid())?,
+        };
+        let bone =
+            materials.names().iter().position(|name| name.starts_with("bone")).map(|label| label as u8);
+        Ok(Physics { spectrum, materials, classification, bone })
+    }
+
+    /// The photons that leave the tube.
+    fn source(&self, own: Option<&MassAttenuation>) -> Result<Spectrum> {
+        let grid = own.map(MassAttenuation::grid);
+        if let Some(kev) = self.mono {
+            return match grid {
+                None => Spectrum::monoenergetic(kev).context("--mono"),
+                Some(grid) => one_energy(kev, *grid),
+            };
+        }
+        if is_file(&self.spectrum) {
+            let table = read_spectrum(Path::new(&self.spectrum)).context("--spectrum")?;
+            let (grid, column) = only_column(table)?;
+            return Spectrum::new(file_stem(&self.spectrum), grid, column.values).context("--spectrum");
+        }
+        Spectrum::named(&self.spectrum, grid.copied().unwrap_or(EnergyGrid::SPECIFICATION))
+            .context("--spectrum")
+    }
+
+    fn response(&self, grid: EnergyGrid) -> Result<DetectorResponse> {
+        if !is_file(&self.detector) {
+            return DetectorResponse::named(&self.detector, grid).context("--detector");
+        }
+        let table = read_detector(Path::new(&self.detector)).context("--detector")?;
+        let (grid, column) = only_column(table)?;
+        DetectorResponse::new(file_stem(&self.detector), grid, column.values).context("--detector")
+    }
+}
+
+/// All photons at one of the energies of `grid`.
+fn one_energy(kev: f64, grid: EnergyGrid) -> Result<Spectrum> {
+    let Some(index) = grid.index_of(kev) else {
+        bail!("--mono is {kev}; valid: an energy of --materials, which has {grid}");
+    };
+    let mut weights = vec![0.0; grid.count()];
+    weights[index] = 1.0;
+    Spectrum::new(format!("{kev} keV"), grid, weights).context("--mono")
+}
+
+fn built_in(thresholds: &Thresholds, grid: EnergyGrid) -> Result<MassAttenuation> {
+    let names: Vec<_> = thresholds.materials().iter().map(String::as_str).collect();
+    MassAttenuation::named(&names, grid).context("--materials is missing for this --spectrum or --mono")
+}
+
+fn own_materials(path: &Path) -> Result<MassAttenuation> {
+    let table = read_materials(path).context("--materials")?;
+    let grid = energy_grid(&table)?;
+    let names = table.columns.iter().map(|column| column.name.clone()).collect();
+    let values = table.columns.into_iter().flat_map(|column| column.values).collect();
+    MassAttenuation::new(grid, names, values).context("--materials")
+}
+
+fn only_column(table: Table) -> Result<(EnergyGrid, Column)> {
+    let grid = energy_grid(&table)?;
+    table.columns.into_iter().next().map(|column| (grid, column)).context("the table has no column")
+}
+
+fn energy_grid(table: &Table) -> drr::Result<EnergyGrid> {
+    let energies = table.energies;
+    EnergyGrid::new(energies.first_kev, energies.step_kev, energies.count)
+}
+
+fn spectrum_help() -> String {
+    format!(
+        "Photons per energy: a built-in tube ({}) or a CSV file \"energy_keV,weight\" with energies at equal steps",
+        Spectrum::names().join(", ")
+    )
+}
+
+fn is_file(name: &str) -> bool {
+    Path::new(name).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
+}
+
+fn file_stem(name: &str) -> String {
+    Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}

@@ -1,0 +1,116 @@
+//! `drr project`, and `drr` alone.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::{Context as _, Result};
+use clap::{Args, ValueEnum};
+use drr::engine::{Backend, Layers};
+use drr::{Projector, ViewRequest};
+
+use crate::accuracy::Accuracy;
+use crate::console::Console;
+use crate::effort::Effort;
+use crate::inputs::Inputs;
+use crate::method::{describe, engine_name};
+use crate::output::{LayerName, Output, Rendered, layers};
+use crate::value::{prefixed, seconds};
+
+/// Where files go unless the user says otherwise.
+const DEFAULT_FOLDER: &str = "drr-output";
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Files in DIR: view{n}.exr (float32 layers; geometry, physics and method as attributes), radiograph.png (views side by
+side, bone bright, head up), plan.json; with --raw also view{n}_{layer}.f32 and view{n}_areal_density_{material}.f32
+(little-endian, row by row, pixel (i,j) at j*width + i), or .f64, not rounded, with --engine reference. n counts from 0.
+A file appears under its name only when it is complete.")]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    inputs: Inputs,
+    /// Folder for the files; it is made where it is missing
+    #[arg(long, short, value_name = "DIR", default_value = DEFAULT_FOLDER, help_heading = "Output")]
+    output: PathBuf,
+    /// Layers of the images
+    #[arg(long, value_enum, value_name = "A,B,...", value_delimiter = ',', help_heading = "Output")]
+    #[arg(default_value = "intensity,line_integral")]
+    layers: Vec<LayerName>,
+    /// Write every layer of every view also as a raw array
+    #[arg(long, help_heading = "Output")]
+    raw: bool,
+    /// Do not cast rays again in float64 to measure the error
+    #[arg(long, help_heading = "Output")]
+    no_check: bool,
+}
+
+/// `drr project`.
+pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
+    let setup = arguments.inputs.setup()?;
+    let loaded = setup.load(console)?;
+    let loading = (loaded.reading + loaded.classifying).as_secs_f64();
+    let volume = Arc::new(loaded.volume);
+    let views = setup.views(&volume)?;
+    let projector = setup.projector(volume, views.size)?;
+    console.say(format_args!("{}: {}", arguments.inputs.ct.name(), projector.plan().to_string().trim_end()));
+
+    let requests = views.requests();
+    // The picture is made of line integrals, also when no file has them.
+    let wanted = Layers { line_integral: true, ..layers(&arguments.layers) };
+    let start = Instant::now();
+    let rendered = render(&projector, setup.context.backend(), &requests, wanted, console)?;
+    let projecting = start.elapsed().as_secs_f64();
+    let effort = Effort::of(&projector, &requests)?;
+    console.say(format_args!(
+        "time    loaded in {}, {} view(s) projected in {} by {} on {} with {} thread(s): {}rays/s, {}samples/s",
+        seconds(loading),
+        views.poses.len(),
+        seconds(projecting),
+        describe(projector.scene().algorithm),
+        engine_name(setup.context.backend()),
+        setup.context.threads(),
+        prefixed(effort.rays / projecting),
+        prefixed(effort.samples / projecting),
+    ));
+    let layers = &arguments.layers;
+    let output = Output { setup: &setup, projector: &projector, views: &views, layers, rendered: &rendered };
+    output.write(&arguments.output, arguments.raw)?;
+    if !arguments.no_check && !console.is_quiet() {
+        console.say(Accuracy::measure(&setup, &projector, &views)?);
+    }
+    console.say(format_args!("wrote   {}", contents(&arguments.output, views.poses.len())));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `drr` alone: every layer of two views of the CT that the command carries.
+pub(crate) fn main_job(console: Console) -> Result<ExitCode> {
+    let layers = LayerName::value_variants().to_vec();
+    let output = DEFAULT_FOLDER.into();
+    run(&Arguments { inputs: Inputs::default(), output, layers, raw: false, no_check: false }, console)
+}
+
+fn render(
+    projector: &Projector,
+    backend: Backend,
+    views: &[ViewRequest],
+    layers: Layers,
+    console: Console,
+) -> Result<Rendered> {
+    let bar = console.bar("projecting", views.len() * projector.plan().rays_per_view());
+    let progress = |rays: usize| bar.inc(rays as u64);
+    let rendered = match backend {
+        Backend::Cpu => Rendered::Single(projector.project(views, layers, &progress).context("--layers")?),
+        Backend::Reference => {
+            let algorithm = projector.scene().algorithm;
+            Rendered::Double(projector.reference(algorithm, views, layers, &progress).context("--layers")?)
+        }
+    };
+    bar.finish_and_clear();
+    Ok(rendered)
+}
+
+fn contents(folder: &Path, views: usize) -> String {
+    let images = if views == 1 { "view0.exr".into() } else { format!("view0 ... view{}.exr", views - 1) };
+    format!("{images}, radiograph.png, plan.json in {}", folder.display())
+}

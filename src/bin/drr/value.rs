@@ -1,0 +1,77 @@
+//! Values on the command line: sizes, triples, lengths; and numbers as people read them.
+
+use drr::{MAX_DETECTOR, MAX_SUPERSAMPLING, STEP_RANGE};
+use glam::DVec3;
+
+fn numbers<T: std::str::FromStr, const N: usize>(text: &str, separator: char) -> Option<[T; N]> {
+    let parts: Option<Vec<T>> = text.split(separator).map(|part| part.trim().parse().ok()).collect();
+    parts?.try_into().ok()
+}
+
+/// `nx,ny,nz`.
+pub(crate) fn dimensions(text: &str) -> Result<[usize; 3], String> {
+    numbers(text, ',').ok_or_else(|| "expected nx,ny,nz: three whole numbers".into())
+}
+
+/// `x,y,z`.
+pub(crate) fn vector(text: &str) -> Result<DVec3, String> {
+    let numbers: Option<[f64; 3]> = numbers(text, ',');
+    numbers.map(DVec3::from_array).ok_or_else(|| "expected x,y,z: three numbers, mm".into())
+}
+
+/// Width x height, pixels.
+pub(crate) fn size(text: &str) -> Result<[usize; 2], String> {
+    match numbers(&text.to_lowercase(), 'x') {
+        Some(size) if size.iter().all(|n| (1..=MAX_DETECTOR).contains(n)) => Ok(size),
+        _ => Err(format!("expected WIDTHxHEIGHT, such as 720x720, each 1 to {MAX_DETECTOR}")),
+    }
+}
+
+/// Rays per side of a pixel.
+pub(crate) fn supersampling(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(n) if (1..=MAX_SUPERSAMPLING).contains(&n) => Ok(n),
+        _ => Err(format!("expected 1 to {MAX_SUPERSAMPLING}")),
+    }
+}
+
+/// A step of the march, voxels.
+pub(crate) fn step(text: &str) -> Result<f64, String> {
+    let [least, most] = STEP_RANGE;
+    match text.parse() {
+        Ok(step) if (least..=most).contains(&step) => Ok(step),
+        _ => Err(format!("expected {least} to {most} voxels")),
+    }
+}
+
+/// A number above 0.
+pub(crate) fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("expected a number above 0".into()),
+    }
+}
+
+/// A number.
+pub(crate) fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("expected a finite number".into()),
+    }
+}
+
+/// A large number with a prefix: 1.2 M.
+pub(crate) fn prefixed(value: f64) -> String {
+    let (scale, prefix) = match value {
+        v if v >= 1e9 => (1e9, " G"),
+        v if v >= 1e6 => (1e6, " M"),
+        v if v >= 1e3 => (1e3, " k"),
+        _ => (1.0, " "),
+    };
+    format!("{:.1}{prefix}", value / scale)
+}
+
+/// A duration in seconds or ms.
+pub(crate) fn seconds(seconds: f64) -> String {
+    if seconds < 1.0 { format!("{:.2} ms", 1e3 * seconds) } else { format!("{seconds:.3} s") }
+}

@@ -1,0 +1,77 @@
+//! The views: where source and detector are.
+
+use std::path::PathBuf;
+
+use anyhow::{Context as _, Result};
+use clap::Args;
+use drr::formats::GeometryFile;
+use drr::geometry::{DetectorPose, Grid};
+
+use crate::value;
+
+/// Width of the default detector, mm: 720 pixels of 0.9 mm, 432 mm in the plane through the volume's centre.
+const DEFAULT_WIDTH_MM: f64 = 648.0;
+
+#[derive(Debug, Clone, Args)]
+#[command(next_help_heading = "Views")]
+pub(crate) struct ViewArguments {
+    /// One view per angle, degrees: the C-arm turns about the z axis through the volume's centre
+    ///
+    /// At 0 the source is in front of the patient (-y) and the detector behind; columns run along +x, rows along +z.
+    #[arg(long, value_name = "A,B,...", value_delimiter = ',', default_value = "-6,6")]
+    #[arg(value_parser = value::finite, allow_hyphen_values = true)]
+    angles: Vec<f64>,
+    /// Distance from the source to the axis of rotation, mm
+    #[arg(long, value_name = "MM", value_parser = value::positive, allow_negative_numbers = true, default_value = "1000")]
+    sad: f64,
+    /// Distance from the source to the detector, mm
+    #[arg(long, value_name = "MM", value_parser = value::positive, allow_negative_numbers = true, default_value = "1500")]
+    sdd: f64,
+    /// Distance of pixel centres, mm [default: 648 / columns, which is 0.9 for 720]
+    #[arg(long, value_name = "MM", value_parser = value::positive, allow_negative_numbers = true)]
+    pixel: Option<f64>,
+    /// Columns and rows of pixels
+    #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "720x720")]
+    size: [usize; 2],
+    /// Poses instead of angles, as JSON, mm in the world:
+    /// {"width":W,"height":H,"views":[{"source":[x,y,z],"first_pixel":[..],"column_step":[..],"row_step":[..]}]}
+    ///
+    /// Pixel (i,j) has its centre at first_pixel + i*column_step + j*row_step.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["angles", "sad", "sdd", "pixel", "size"])]
+    geometry: Option<PathBuf>,
+}
+
+impl Default for ViewArguments {
+    fn default() -> Self {
+        Self {
+            angles: vec![-6.0, 6.0],
+            sad: 1000.0,
+            sdd: 1500.0,
+            pixel: None,
+            size: [720, 720],
+            geometry: None,
+        }
+    }
+}
+
+/// One pose per view, with a common detector.
+#[derive(Debug, Clone)]
+pub(crate) struct Views {
+    /// Columns and rows of pixels.
+    pub(crate) size: [usize; 2],
+    pub(crate) poses: Vec<DetectorPose>,
+}
+
+impl ViewArguments {
+    /// The views of a volume on `grid`.
+    pub(crate) fn views(&self, grid: &Grid) -> Result<Views> {
+        if let Some(path) = &self.geometry {
+            let file = GeometryFile::read(path).context("--geometry")?;
+            return Ok(Views { size: [file.width, file.height], poses: file.views });
+        }
+        let pixel = self.pixel.unwrap_or(DEFAULT_WIDTH_MM / self.size[0].max(1) as f64);
+        let pose =
+            |&angle: &f64| DetectorPose::c_arm(grid.centre(), angle, self.sad, self.sdd, pixel, self.size);
+        Ok(Views { size: self.size, poses: self.angles.iter().map(pose).collect() })
+    }
+}
