@@ -312,7 +312,7 @@ typedef struct DrrScene {
     /// The energy of every photon, keV, when DRR_EFFECT_POLYENERGETIC is not set; must be one of the energies.
     /// Spectrum and detector response are then not read, and a ray that meets nothing has intensity 1. Default 70.
     double mono_energy_kev;
-    /// Distance of samples for DRR_ALGORITHM_MARCH, voxels along the driving axis, 1/64 to 1. Default 0.5.
+    /// Distance of samples for DRR_ALGORITHM_MARCH, voxels along the driving axis, 1/64 to 8. Default 0.5.
     double step_voxels;
     /// DRR_EFFECT bits. Default DRR_EFFECT_POLYENERGETIC.
     DrrEffects effects;

@@ -45,5 +45,18 @@ impl Error {
     }
 }
 
+impl Error {
+    /// The same error about a part of `whole`: its argument is called `whole.argument`.
+    #[must_use]
+    pub fn of(self, whole: &str) -> Self {
+        match self {
+            Self::InvalidArgument { argument, value, valid } => {
+                Self::InvalidArgument { argument: format!("{whole}.{argument}"), value, valid }
+            }
+            other => other,
+        }
+    }
+}
+
 /// A result of this library.
 pub type Result<T> = std::result::Result<T, Error>;

@@ -83,7 +83,7 @@ impl Projector {
     pub fn new(context: &Context, volume: Arc<Volume>, scene: Scene) -> Result<Self> {
         let plan = Plan::new(&scene, &volume, context.backend)?;
         let engine: Box<dyn Engine> = match context.backend {
-            Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan, context.threads.clone())?),
+            Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan)?),
             Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.algorithm)?),
         };
         Ok(Self { context: context.clone(), volume, scene, plan, engine })
@@ -152,6 +152,7 @@ impl Projector {
             let beam = Beam::new(&request.view, self.volume.grid(), self.scene.detector)?;
             Ok(ViewJob { beam, early_exit: request.early_exit, spectral })
         };
-        views.iter().map(job).collect()
+        let views = views.iter().map(job).enumerate();
+        views.map(|(v, job)| job.map_err(|error| error.of(&format!("views[{v}]")))).collect()
     }
 }

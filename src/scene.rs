@@ -10,7 +10,7 @@ pub const MAX_DETECTOR: usize = 1 << 15;
 /// Largest supersampling factor per side.
 pub const MAX_SUPERSAMPLING: usize = 16;
 /// Smallest and largest march step, voxels along the driving axis.
-pub const STEP_RANGE: [f64; 2] = [1.0 / 64.0, 1.0];
+pub const STEP_RANGE: [f64; 2] = [1.0 / 64.0, 8.0];
 
 /// How the line integral through the voxels is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -30,6 +30,17 @@ pub enum Algorithm {
 }
 
 impl Algorithm {
+    /// Checks the parameters' ranges.
+    pub fn validate(self) -> Result<()> {
+        match self {
+            Self::March { step } if !(STEP_RANGE[0]..=STEP_RANGE[1]).contains(&step) => {
+                let valid = format!("{} … {} voxels", STEP_RANGE[0], STEP_RANGE[1]);
+                Err(Error::invalid("scene.step_voxels", step, valid))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The name on command lines and in files.
     pub fn name(self) -> &'static str {
         match self {
@@ -89,12 +100,7 @@ impl Scene {
                 format!("1 … {MAX_SUPERSAMPLING}"),
             ));
         }
-        if let Algorithm::March { step } = self.algorithm
-            && !(STEP_RANGE[0]..=STEP_RANGE[1]).contains(&step)
-        {
-            let valid = format!("{} … {} voxels", STEP_RANGE[0], STEP_RANGE[1]);
-            return Err(Error::invalid("scene.step_voxels", step, valid));
-        }
+        self.algorithm.validate()?;
         let count = self.materials.names().len();
         if let Some(bone) = self.bone.filter(|&bone| usize::from(bone) >= count) {
             return Err(Error::invalid("scene.bone_material", bone, format!("0 … {}", count - 1)));

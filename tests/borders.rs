@@ -24,6 +24,7 @@ fn every_algorithm() -> Vec<(Backend, Algorithm)> {
         Algorithm::Joseph,
         Algorithm::March { step: 0.5 },
         Algorithm::March { step: 0.37 },
+        Algorithm::March { step: 8.0 },
         Algorithm::Siddon,
     ];
     let mut all: Vec<_> = fast.iter().flat_map(|&a| [(Backend::Cpu, a), (Backend::Reference, a)]).collect();

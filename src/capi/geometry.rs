@@ -100,7 +100,8 @@ pub unsafe extern "C" fn drr_uniforms_cone(
         memory::check("uniforms", uniforms, 1)?;
         // SAFETY: the C caller passes one pose.
         let pose = unsafe { &memory::read_array("pose", pose, 1)?[0] };
-        let projection = Projection::from_pose(&pose.into(), detector(width, height)?)?;
+        let projection = Projection::from_pose(&pose.into(), detector(width, height)?)
+            .map_err(|error| error.of("pose"))?;
         let rounded = ProjectionUniforms::rounded(&projection);
         rounded.projection().validate()?;
         // SAFETY: not null, aligned; the C caller passes a place for one struct.
@@ -147,7 +148,7 @@ pub unsafe extern "C" fn drr_pose_c_arm(
         let size = detector(width, height)?;
         let arm =
             DetectorPose::c_arm(centre, angle_degrees, source_axis_mm, source_detector_mm, pixel_mm, size);
-        arm.validate()?;
+        arm.validate().map_err(|error| error.of("pose"))?;
         // SAFETY: not null, aligned; the C caller passes a place for one struct.
         unsafe { pose.write(arm.into()) };
         Ok(())

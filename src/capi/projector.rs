@@ -10,7 +10,7 @@ use crate::capi::scene::DrrScene;
 use crate::capi::status::DrrStatus;
 use crate::capi::volume::DrrVolume;
 use crate::capi::{lut, memory, options};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::View;
 use crate::projector::{Projector, ViewRequest};
 use crate::shared::ProjectionUniforms;
@@ -173,14 +173,7 @@ pub(super) fn requests<V>(
 ) -> Result<Vec<ViewRequest>> {
     let named = |(v, view): (usize, &V)| {
         let request = request(view).and_then(|request| request.view.validate().map(|()| request));
-        request.map_err(|error| match error {
-            Error::InvalidArgument { argument: part, value, valid } => Error::InvalidArgument {
-                argument: format!("{argument}[{v}].{}", part.replace("pose.", "")),
-                value,
-                valid,
-            },
-            other => other,
-        })
+        request.map_err(|error| error.of(&format!("{argument}[{v}]")))
     };
     views.iter().enumerate().map(named).collect()
 }

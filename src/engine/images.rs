@@ -62,7 +62,11 @@ impl PixelValue {
         if let [only] = rays {
             return *only;
         }
-        let mean = |value: &dyn Fn(&Self) -> f64| rays.iter().map(value).sum::<f64>() / rays.len() as f64;
+        // Differences from the first ray: the mean of equal values is that value, bit for bit.
+        let mean = |value: &dyn Fn(&Self) -> f64| {
+            let first = value(&rays[0]);
+            first + rays.iter().map(|ray| value(ray) - first).sum::<f64>() / rays.len() as f64
+        };
         let least = rays.iter().map(|r| r.line_integral).fold(f64::INFINITY, f64::min);
         let beyond = mean(&|r| (least - r.line_integral).exp());
         Self {
@@ -135,18 +139,18 @@ impl<T: Copy + Default> Images<T> {
     }
 }
 
-impl Images<f64> {
-    /// Rounded to float32.
-    pub fn to_f32(&self) -> Images<f32> {
-        let round = |layer: &[f64]| layer.iter().map(|&x| x as f32).collect();
+impl<T> Images<T> {
+    /// The images with every value converted.
+    pub fn map<U>(&self, convert: impl Fn(&T) -> U) -> Images<U> {
+        let layer = |values: &[T]| values.iter().map(&convert).collect();
         Images {
             size: self.size,
             views: self.views,
             materials: self.materials,
-            intensity: round(&self.intensity),
-            line_integral: round(&self.line_integral),
-            areal_density: round(&self.areal_density),
-            bone_path: round(&self.bone_path),
+            intensity: layer(&self.intensity),
+            line_integral: layer(&self.line_integral),
+            areal_density: layer(&self.areal_density),
+            bone_path: layer(&self.bone_path),
         }
     }
 }

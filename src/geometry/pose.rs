@@ -30,22 +30,18 @@ impl DetectorPose {
             ("row_step", self.row_step),
         ] {
             if !v.is_finite() {
-                return Err(Error::invalid(format!("pose.{name}"), v, "finite numbers, mm"));
+                return Err(Error::invalid(name, v, "finite numbers, mm"));
             }
         }
         let normal = self.column_step.cross(self.row_step);
         let area = self.column_step.length() * self.row_step.length();
         if !(normal.length() >= 1e-6 * area) || area == 0.0 {
             let steps = format!("{} and {}", self.column_step, self.row_step);
-            return Err(Error::invalid(
-                "pose.column_step, pose.row_step",
-                steps,
-                "two independent vectors, mm",
-            ));
+            return Err(Error::invalid("column_step and row_step", steps, "two independent vectors, mm"));
         }
         let offset = self.first_pixel - self.source;
         if !(normal.dot(offset).abs() >= 1e-9 * normal.length() * offset.length()) || offset.length() == 0.0 {
-            return Err(Error::invalid("pose.source", self.source, "a point off the detector's plane"));
+            return Err(Error::invalid("source", self.source, "a point off the detector's plane"));
         }
         Ok(())
     }

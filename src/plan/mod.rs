@@ -10,6 +10,7 @@ use serde::Serialize;
 
 use crate::engine::Backend;
 use crate::error::{Error, Result};
+use crate::physics::MassAttenuation;
 use crate::scene::{Algorithm, Scene};
 use crate::volume::Volume;
 
@@ -67,6 +68,7 @@ impl Plan {
                 format!("at least {}: the volume has voxels with label {labelled}", labelled + 1),
             ));
         }
+        Self::check_classes(names, volume)?;
         let attenuates = |label: usize| volume.materials()[label].max_density > 0.0;
         let materials: Vec<_> = (0..names.len())
             .filter(|&label| attenuates(label))
@@ -87,6 +89,21 @@ impl Plan {
         plan.stages = stage::stages(&plan, scene, volume);
         plan.omissions = stage::omissions(&plan, scene, volume);
         Ok(plan)
+    }
+
+    /// Labels that thresholds made mean certain materials; a scene with other built-in materials is a mistake. Names that
+    /// are not built in are the caller's own and cannot be compared.
+    fn check_classes(names: &[String], volume: &Volume) -> Result<()> {
+        let Some(classes) = volume.classes() else { return Ok(()) };
+        let known = MassAttenuation::material_names();
+        for (label, (name, class)) in names.iter().zip(classes).enumerate() {
+            if volume.materials()[label].labelled && name != class && known.contains(&name.as_str()) {
+                let valid =
+                    format!("{class}, as the volume's thresholds classified its voxels with label {label}");
+                return Err(Error::invalid(format!("scene.materials[{label}]"), name, valid));
+            }
+        }
+        Ok(())
     }
 
     /// Rays per view.

@@ -57,3 +57,13 @@ fn the_plan_is_json() {
     assert_eq!(json["engine"], "cpu");
     assert_eq!(json["stages"][0]["name"], "ray march");
 }
+
+#[test]
+fn labels_of_one_scheme_do_not_meet_materials_of_another() {
+    let grid = Grid::centred([3, 1, 1], DVec3::ONE).expect("valid");
+    let how = Classification::named(Calibration::DEFAULT, "deepdrr_thresholds").expect("built in");
+    let volume = Volume::from_int16(grid, &[-900, 40, 900], None, &how).expect("valid");
+    let scene = Scene::new([8, 8]).expect("valid");
+    let error = Plan::new(&scene, &volume, Backend::Cpu).expect_err("label 1 is soft tissue, not lung");
+    assert!(error.to_string().starts_with("scene.materials[1] is lung; valid: soft_tissue"), "{error}");
+}

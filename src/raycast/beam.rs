@@ -2,7 +2,7 @@
 
 use glam::{DVec3, DVec4};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::{DetectorPose, Grid, Projection, View};
 use crate::raycast::Ray;
 
@@ -50,6 +50,9 @@ impl Beam {
 
     fn planes(projection: &Projection, grid: &Grid, size: [usize; 2]) -> Result<Rays> {
         projection.validate()?;
+        if !projection.is_parallel() {
+            check_source(projection, grid)?;
+        }
         let to_world = grid.index_to_world();
         let centre = grid.centre();
         let [x, y, w] = projection.rows().map(|row| {
@@ -94,6 +97,29 @@ impl Beam {
     }
 }
 
+/// Refuses a source that is not where the matrix's three planes meet. What float32 matrices and sources may be off by:
+/// 1e-5 of the distances between source and volume, for a matrix multiplied up in float32, and the rounding of the
+/// numbers themselves where the world's origin is far away.
+fn check_source(projection: &Projection, grid: &Grid) -> Result<()> {
+    let source = projection.source;
+    let extent = grid.length_mm(DVec3::from_array(grid.dimensions().map(|n| n as f64)));
+    for (name, row) in ["x", "y", "w"].into_iter().zip(projection.rows()) {
+        let terms = (row.truncate() * source).extend(row.w);
+        let per_mm = row.truncate().length();
+        let rounding = 8.0 * f64::from(f32::EPSILON) * terms.abs().element_sum() / per_mm;
+        let off = terms.element_sum().abs() / per_mm;
+        if off > 1e-5 * ((source - grid.centre()).length() + extent) + rounding {
+            let valid = "the point that modelViewProjectionMatrix sends to (0, 0, *, 0)";
+            return Err(Error::invalid(
+                "sourcePosition",
+                source,
+                format!("{valid}; it is {off:.3e} mm off in {name}"),
+            ));
+        }
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use glam::{DAffine3, DMat3, DMat4};
@@ -131,10 +157,7 @@ mod tests {
                 let (a, b) = (segments.ray(i, j), planes.ray(i, j));
                 assert_eq!(a.axis, b.axis);
                 for t in 0..2 {
-                    assert!(
-                        (a.base[t] - b.base[t]).abs() < 1e-15 * distance * distance.sqrt(),
-                        "{a:?} {b:?}"
-                    );
+                    assert!((a.base[t] - b.base[t]).abs() < 1e-15 * distance + 1e-12, "{a:?} {b:?}");
                     assert!((a.slope[t] - b.slope[t]).abs() < 1e-12);
                 }
                 assert!((a.mm_per_slice - b.mm_per_slice).abs() < 1e-12 * a.mm_per_slice);
@@ -158,6 +181,38 @@ mod tests {
                 assert!((at - p).length() < 1e-9);
             }
         }
+    }
+
+    #[test]
+    fn a_source_must_be_where_the_planes_meet_to_what_float32_can_say() {
+        // World offset, error of the source: accepted or not.
+        for (offset, error, fits) in
+            [(0.0, 0.0, true), (0.0, 1e-3, true), (0.0, 0.1, false), (1e6, 0.06, true), (1e6, 10.0, false)]
+        {
+            let origin = DVec3::new(offset, -offset, 0.5 * offset);
+            let grid = Grid::axis_aligned([64, 64, 64], DVec3::ONE, origin).expect("valid");
+            for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+                let exact = Projection::from_pose(&pose(&grid, 900.0), SIZE).expect("valid");
+                let matrix =
+                    DMat4::from_cols_array(&exact.matrix.to_cols_array().map(|x| f64::from(x as f32)));
+                let source = (exact.source + error * axis).as_vec3().as_dvec3();
+                let view = View::Projection(Projection { matrix, source });
+                assert_eq!(
+                    Beam::new(&view, &grid, SIZE).is_ok(),
+                    fits,
+                    "{error} mm at {offset} mm along {axis}"
+                );
+            }
+        }
+        // A source at the origin, and a matrix multiplied up in float32 whose planes pass 2e-6 mm beside it.
+        let grid =
+            Grid::axis_aligned([64, 64, 64], DVec3::ONE, DVec3::new(-32.0, 700.0, -32.0)).expect("valid");
+        let mut beside = Projection::from_pose(&pose(&grid, 900.0), SIZE).expect("valid");
+        let shift = DMat4::from_translation(beside.source);
+        beside.matrix *= shift;
+        beside.matrix.w_axis.x += 2e-6 * beside.matrix.row(0).truncate().length();
+        beside.source = DVec3::ZERO;
+        assert!(Beam::new(&View::Projection(beside), &grid, SIZE).is_ok());
     }
 
     #[test]

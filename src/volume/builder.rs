@@ -72,6 +72,8 @@ pub struct VolumeBuilder {
     how: Classification,
     store: Store,
     filled: usize,
+    /// Whether any piece came with labels.
+    labelled: bool,
 }
 
 #[derive(Debug)]
@@ -86,7 +88,13 @@ impl VolumeBuilder {
         let code = if labelled { Code::LabelAndHu } else { Code::Hu };
         let codes = zeroed(grid.voxel_count(), "the volume")?;
         let seen = (0..1 << 16).map(|_| AtomicBool::new(false)).collect();
-        Ok(Self { grid, how: how.clone(), store: Store::Int16 { code, codes, seen }, filled: 0 })
+        Ok(Self {
+            grid,
+            how: how.clone(),
+            store: Store::Int16 { code, codes, seen },
+            filled: 0,
+            labelled: false,
+        })
     }
 
     /// For HU that are not integers.
@@ -96,7 +104,7 @@ impl VolumeBuilder {
             density: zeroed(n, "the volume's densities")?,
             label: zeroed(n, "the volume's labels")?,
         };
-        Ok(Self { grid, how: how.clone(), store, filled: 0 })
+        Ok(Self { grid, how: how.clone(), store, filled: 0, labelled: false })
     }
 
     /// The next voxels, with their labels if the builder was made for labels.
@@ -126,6 +134,7 @@ impl VolumeBuilder {
             }
         });
         self.filled = range.end;
+        self.labelled |= labels.is_some();
         Ok(())
     }
 
@@ -150,6 +159,7 @@ impl VolumeBuilder {
             (*density, *label) = (voxel.density as f32, voxel.label);
         });
         self.filled = range.end;
+        self.labelled |= labels.is_some();
         Ok(())
     }
 
@@ -181,7 +191,8 @@ impl VolumeBuilder {
                 Voxels::Dense { density, label }
             }
         };
-        Ok(Volume { grid: self.grid, voxels, materials })
+        let classes = (!self.labelled).then(|| self.how.thresholds.materials().to_vec());
+        Ok(Volume { grid: self.grid, voxels, materials, classes })
     }
 
     /// Checks the next piece and returns where it goes.

@@ -16,6 +16,8 @@ pub struct Volume {
     grid: Grid,
     voxels: Voxels,
     materials: [MaterialStatistics; MAX_MATERIALS],
+    /// What the labels mean, when thresholds made them.
+    classes: Option<Vec<String>>,
 }
 
 /// What a volume holds of one material.
@@ -62,6 +64,11 @@ impl Volume {
     /// What the volume holds of each material, by label.
     pub fn materials(&self) -> &[MaterialStatistics; MAX_MATERIALS] {
         &self.materials
+    }
+
+    /// The materials that the labels stand for, when thresholds made them; `None` when the caller gave the labels.
+    pub fn classes(&self) -> Option<&[String]> {
+        self.classes.as_deref()
     }
 
     /// Bytes held for the voxels.

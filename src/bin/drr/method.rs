@@ -13,7 +13,7 @@ pub(crate) struct MethodArguments {
     /// How line integrals are taken
     #[arg(long, value_enum, default_value = "joseph")]
     algorithm: AlgorithmName,
-    /// Step of the march in voxels along the driving axis, 1/64 to 1 [default: 0.5]
+    /// Step of the march in voxels along the driving axis, 1/64 to 8 [default: 0.5]
     #[arg(long, value_name = "VOXELS", value_parser = value::step, allow_negative_numbers = true)]
     step: Option<f64>,
     /// NxN rays per pixel, whose intensities are averaged, 1 to 16

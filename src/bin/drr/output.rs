@@ -64,7 +64,7 @@ impl Output<'_> {
         let images = match self.rendered {
             Rendered::Single(images) => images,
             Rendered::Double(images) => {
-                rounded = images.to_f32();
+                rounded = images.map(|&x| x as f32);
                 &rounded
             }
         };

@@ -23,10 +23,10 @@ const DEFAULT_FOLDER: &str = "drr-output";
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Files in DIR: view{n}.exr (float32 layers; geometry, physics and method as attributes), radiograph.png (views side by
-side, bone bright, head up), plan.json; with --raw also view{n}_{layer}.f32 and view{n}_areal_density_{material}.f32
-(little-endian, row by row, pixel (i,j) at j*width + i), or .f64, not rounded, with --engine reference. n counts from 0.
-A file appears under its name only when it is complete.")]
+Files in DIR, N counting views from 0: viewN.exr (float32 layers; geometry, physics and method as attributes),
+radiograph.png (the first 6 views side by side, bone bright, head up), plan.json; with --raw also viewN_LAYER.f32 and
+viewN_areal_density_MATERIAL.f32 (little-endian, row by row, pixel (i,j) at j*width + i), or .f64, not rounded, with
+--engine reference. A file appears under its name only when it is complete.")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     inputs: Inputs,

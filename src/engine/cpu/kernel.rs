@@ -2,12 +2,15 @@
 
 use crate::engine::cpu::field::Field;
 use crate::engine::cpu::lanes::{Lanes, lerp};
-use crate::engine::cpu::path::{Path, cell, limit, nearest};
+use crate::engine::cpu::path::{Limits, Path, cell, limit, nearest};
 
 /// Cells that are summed in float32 before the sum goes to float64: error stops growing with the ray's length.
 pub(super) const BLOCK: u32 = 64;
 
-/// An algorithm. Cell k of the driving axis is [−½ + k·step, −½ + (k+1)·step].
+/// Cells whose positions are computed side by side, and which are summed on their own.
+const WIDTH: usize = 8;
+
+/// An algorithm. Cells are those of [`Path`].
 pub(super) trait Kernel: Sync {
     /// The integral over the part `from … to` (0 … 1) of a cell, in units of the cell.
     fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, to: f32) -> L;
@@ -15,10 +18,23 @@ pub(super) trait Kernel: Sync {
     /// The integral over a whole cell; without `LIMIT`, one of the path's inner cells.
     fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L;
 
+    /// The integral over `WIDTH` inner cells.
+    #[inline(always)]
+    fn run<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, first: u32) -> L {
+        (first..first + WIDTH as u32)
+            .fold(L::ZERO, |sum, cell| sum + self.whole::<false, L, F>(field, path, cell))
+    }
+
     /// The integral over some of the path's inner cells.
     #[inline(always)]
     fn inner<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cells: std::ops::Range<u32>) -> L {
-        cells.fold(L::ZERO, |sum, cell| sum + self.whole::<false, L, F>(field, path, cell))
+        let mut sum = L::ZERO;
+        let mut first = cells.start;
+        while first + WIDTH as u32 <= cells.end {
+            sum = sum + self.run::<L, F>(field, path, first);
+            first += WIDTH as u32;
+        }
+        (first..cells.end).fold(sum, |sum, cell| sum + self.whole::<false, L, F>(field, path, cell))
     }
 
     /// Number of blocks that hold the path's cells, and the first of them.
@@ -60,11 +76,19 @@ pub(super) trait Kernel: Sync {
     }
 }
 
-/// Slices whose positions are computed side by side.
-const WIDTH: usize = 8;
-
 /// One bilinear sample per slice.
 pub(super) struct Joseph;
+
+impl Joseph {
+    /// Corner and fractions of the sample `t` slices from the middle one.
+    #[inline(always)]
+    fn position<const LIMIT: bool>(path: &Path, t: i32) -> (u32, f32, f32) {
+        let [u, v] = path.at(t as f32);
+        let (iu, fu) = cell::<LIMIT>(u, path.across[0]);
+        let (iv, fv) = cell::<LIMIT>(v, path.across[1]);
+        (path.index(t.cast_unsigned(), [iu, iv]), fu, fv)
+    }
+}
 
 impl Kernel for Joseph {
     #[inline(always)]
@@ -73,34 +97,20 @@ impl Kernel for Joseph {
     }
 
     #[inline(always)]
-    fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, slice: u32) -> L {
-        let [u, v] = path.at(slice as f32);
-        let (iu, fu) = cell::<LIMIT>(u, path.low[0], path.high[0], path.last_cell[0]);
-        let (iv, fv) = cell::<LIMIT>(v, path.low[1], path.high[1], path.last_cell[1]);
-        bilinear(field, path, path.index(slice, [iu, iv]), fu, fv)
+    fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L {
+        let (corner, fu, fv) = Self::position::<LIMIT>(path, path.cells_to(cell));
+        bilinear(field, path, corner, fu, fv)
     }
 
-    /// Positions of `WIDTH` slices at a time: the compiler makes vectors of them.
+    /// All positions first: the compiler makes vectors of them.
     #[inline(always)]
-    fn inner<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cells: std::ops::Range<u32>) -> L {
-        let mut sum = L::ZERO;
-        let mut slice = cells.start;
-        while slice + WIDTH as u32 <= cells.end {
-            let (mut corner, mut fu, mut fv) = ([0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);
-            for i in 0..WIDTH {
-                let slice = slice + i as u32;
-                let [u, v] = path.at(slice.cast_signed() as f32);
-                let (iu, iv);
-                (iu, fu[i]) = cell::<false>(u, path.low[0], path.high[0], path.last_cell[0]);
-                (iv, fv[i]) = cell::<false>(v, path.low[1], path.high[1], path.last_cell[1]);
-                corner[i] = path.index(slice, [iu, iv]);
-            }
-            for i in 0..WIDTH {
-                sum = sum + bilinear(field, path, corner[i], fu[i], fv[i]);
-            }
-            slice += WIDTH as u32;
+    fn run<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, first: u32) -> L {
+        let (mut corner, mut fu, mut fv) = ([0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);
+        let t = path.cells_to(first);
+        for i in 0..WIDTH {
+            (corner[i], fu[i], fv[i]) = Self::position::<false>(path, t + i as i32);
         }
-        (slice..cells.end).fold(sum, |sum, slice| sum + self.whole::<false, L, F>(field, path, slice))
+        (0..WIDTH).fold(L::ZERO, |sum, i| sum + bilinear(field, path, corner[i], fu[i], fv[i]))
     }
 }
 
@@ -114,20 +124,17 @@ fn bilinear<L: Lanes, F: Field<L>>(field: &F, path: &Path, corner: u32, fu: f32,
     lerp(lower, upper, fv)
 }
 
-/// One trilinear sample per cell of `step` slices.
-pub(super) struct March {
-    /// Cell length in slices.
-    pub step: f32,
-}
+/// One trilinear sample per cell.
+pub(super) struct March;
 
 impl March {
+    /// The field `t` cells from the middle of the middle cell.
     #[inline(always)]
-    fn sample<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, position: f32) -> L {
-        let s = position * self.step - 0.5;
-        let [u, v] = path.at(s);
-        let (is, fs) = cell::<LIMIT>(s, 0.0, path.last_slice[0], path.last_slice[1]);
-        let (iu, fu) = cell::<LIMIT>(u, path.low[0], path.high[0], path.last_cell[0]);
-        let (iv, fv) = cell::<LIMIT>(v, path.low[1], path.high[1], path.last_cell[1]);
+    fn sample<const LIMIT: bool, L: Lanes, F: Field<L>>(field: &F, path: &Path, t: f32) -> L {
+        let [u, v] = path.at(t);
+        let (is, fs) = cell::<LIMIT>(path.slice_at(t), path.slices);
+        let (iu, fu) = cell::<LIMIT>(u, path.across[0]);
+        let (iv, fv) = cell::<LIMIT>(v, path.across[1]);
         let corner = path.index(is, [iu, iv]);
         let lower = bilinear(field, path, corner, fu, fv);
         let upper = bilinear(field, path, corner.wrapping_add(path.slice_stride), fu, fv);
@@ -138,12 +145,13 @@ impl March {
 impl Kernel for March {
     #[inline(always)]
     fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, to: f32) -> L {
-        self.sample::<true, L, F>(field, path, cell as f32 + 0.5 * (from + to)) * (to - from)
+        let middle_of_part = 0.5 * (from + to) - 0.5;
+        Self::sample::<true, L, F>(field, path, path.cells_to(cell) as f32 + middle_of_part) * (to - from)
     }
 
     #[inline(always)]
     fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L {
-        self.sample::<LIMIT, L, F>(field, path, cell as f32 + 0.5)
+        Self::sample::<LIMIT, L, F>(field, path, path.cells_to(cell) as f32)
     }
 }
 
@@ -157,7 +165,7 @@ impl Siddon {
     #[inline(always)]
     fn crossing<const LIMIT: bool>(path: &Path, t: usize, x: f32, x_end: f32, length: f32) -> [f32; 3] {
         let voxel = |x: f32| {
-            let (low, high) = (path.low[t], path.high[t]);
+            let Limits { low, high, .. } = path.across[t];
             let centre = nearest(if LIMIT { limit(x, low, high) } else { x }).1;
             // Voxels are half-open, [i−½, i+½); the tie may have gone to the lower one.
             let up = if x - centre >= 0.5 { 1.0 } else { 0.0 };
@@ -175,18 +183,20 @@ impl Siddon {
     fn slab<const LIMIT: bool, L: Lanes, F: Field<L>>(
         field: &F,
         path: &Path,
-        slice: u32,
+        cell: u32,
         from: f32,
         length: f32,
     ) -> L {
-        let face = slice as f32 - 0.5 + from;
+        let slices = path.cells_to(cell);
+        let face = slices as f32 - 0.5 + from;
         let ([u, v], [u_end, v_end]) = (path.at(face), path.at(face + length));
         let [u_first, u_last, cross_u] = Self::crossing::<LIMIT>(path, 0, u, u_end, length);
         let [v_first, v_last, cross_v] = Self::crossing::<LIMIT>(path, 1, v, v_end, length);
         let u_leads = cross_u < cross_v;
         let (first, second) = if u_leads { (cross_u, cross_v) } else { (cross_v, cross_u) };
         let (u_middle, v_middle) = if u_leads { (u_last, v_first) } else { (u_first, v_last) };
-        let voxel = |u: f32, v: f32| field.at(path.index(slice, [nearest(u).0, nearest(v).0]));
+        let voxel =
+            |u: f32, v: f32| field.at(path.index(slices.cast_unsigned(), [nearest(u).0, nearest(v).0]));
         voxel(u_first, v_first) * first
             + voxel(u_middle, v_middle) * (second - first)
             + voxel(u_last, v_last) * (length - second)
@@ -195,12 +205,12 @@ impl Siddon {
 
 impl Kernel for Siddon {
     #[inline(always)]
-    fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, slice: u32, from: f32, to: f32) -> L {
-        Self::slab::<true, L, F>(field, path, slice, from, to - from)
+    fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, to: f32) -> L {
+        Self::slab::<true, L, F>(field, path, cell, from, to - from)
     }
 
     #[inline(always)]
-    fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, slice: u32) -> L {
-        Self::slab::<LIMIT, L, F>(field, path, slice, 0.0, 1.0)
+    fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L {
+        Self::slab::<LIMIT, L, F>(field, path, cell, 0.0, 1.0)
     }
 }

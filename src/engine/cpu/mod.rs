@@ -28,9 +28,8 @@ use path::Path;
 use signal::Signal;
 use tile::Tile;
 
-/// Rows of one parallel piece of work, and columns that walk together: their voxels fit the second-level cache.
-const BAND: usize = 8;
-const COLUMNS: usize = 64;
+/// Rays of a tile, which walk together: rows × columns. Their voxels of one block fit the second-level cache.
+const TILE: [usize; 2] = [8, 64];
 
 /// Depth of every energy bin at which an early exit may stop: e⁻¹⁵ = 3e-7 of I0 is left at most.
 const OPAQUE: f64 = 15.0;
@@ -47,7 +46,6 @@ pub struct Cpu {
     labels: Vec<u8>,
     bone: Option<Table<f32>>,
     signal: Signal,
-    threads: Arc<rayon::ThreadPool>,
 }
 
 /// The march's tables, for as many materials as the plan needs.
@@ -59,13 +57,8 @@ enum Accumulators {
 }
 
 impl Cpu {
-    /// Ready to project `volume` as `scene` and `plan` say, on the threads of `threads`.
-    pub fn new(
-        volume: Arc<Volume>,
-        scene: &Scene,
-        plan: &Plan,
-        threads: Arc<rayon::ThreadPool>,
-    ) -> Result<Self> {
+    /// Ready to project `volume` as `scene` and `plan` say.
+    pub fn new(volume: Arc<Volume>, scene: &Scene, plan: &Plan) -> Result<Self> {
         let labels: Vec<u8> = plan.materials.iter().map(|m| m.label).collect();
         let mut lane_of = [None; MAX_MATERIALS];
         labels.iter().enumerate().for_each(|(lane, &label)| lane_of[usize::from(label)] = Some(lane));
@@ -86,19 +79,24 @@ impl Cpu {
             accumulators,
             labels,
             volume,
-            threads,
         })
+    }
+
+    /// Rows and columns of pixels in a tile.
+    fn tile_size(&self) -> [usize; 2] {
+        TILE.map(|rays| (rays / self.supersampling).max(1))
     }
 
     /// All pixels of rows `first_row …` of a view, row-major.
     fn band(&self, view: &ViewJob, layers: Layers, first_row: usize) -> Vec<PixelValue> {
         let [width, height] = self.size;
-        let rows = first_row..(first_row + BAND).min(height);
+        let [tile_rows, tile_columns] = self.tile_size();
+        let rows = first_row..(first_row + tile_rows).min(height);
         let own_signal = view.spectral.as_ref().map(Signal::new);
         let signal = own_signal.as_ref().unwrap_or(&self.signal);
         let mut values = vec![PixelValue::vacuum(signal.i0()); rows.len() * width];
-        for first_column in (0..width).step_by(COLUMNS) {
-            let columns = first_column..(first_column + COLUMNS).min(width);
+        for first_column in (0..width).step_by(tile_columns) {
+            let columns = first_column..(first_column + tile_columns).min(width);
             let pixels: Vec<_> = rows.clone().flat_map(|j| columns.clone().map(move |i| (i, j))).collect();
             for ((i, j), value) in pixels.iter().zip(self.tile(view, signal, layers, &pixels)) {
                 values[(j - first_row) * width + i] = value;
@@ -143,7 +141,8 @@ impl Cpu {
         let labels = &self.labels;
         let by_label = |lanes: &[f64; MAX_MATERIALS]| {
             let mut areal = [0.0; MAX_MATERIALS];
-            labels.iter().zip(lanes).for_each(|(&label, &a)| areal[usize::from(label)] = a);
+            // A sample a rounding error outside its cell is extrapolated: vacuum beside bone would come out at -1e-7.
+            labels.iter().zip(lanes).for_each(|(&label, &a)| areal[usize::from(label)] = a.max(0.0));
             areal
         };
         let opaque = |lanes: &[f64; MAX_MATERIALS]| {
@@ -165,9 +164,7 @@ impl Cpu {
         opaque: &dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
     ) -> Vec<[f64; MAX_MATERIALS]> {
         match self.algorithm {
-            Algorithm::March { step } => {
-                Tile::new(rays, &self.volume, step).integrate(&March { step: step as f32 }, table, opaque)
-            }
+            Algorithm::March { step } => Tile::new(rays, &self.volume, step).integrate(&March, table, opaque),
             Algorithm::Siddon => Tile::new(rays, &self.volume, 1.0).integrate(&Siddon, table, opaque),
             Algorithm::Joseph => Tile::new(rays, &self.volume, 1.0).integrate(&Joseph, table, opaque),
             Algorithm::Exact => unreachable!("the plan refuses it"),
@@ -187,15 +184,13 @@ impl Cpu {
 impl Engine for Cpu {
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
         let images = Mutex::new(Images::zeroed(self.size, job.views.len(), self.materials, job.layers)?);
-        let rows = (0..self.size[1]).step_by(BAND);
+        let rows = (0..self.size[1]).step_by(self.tile_size()[0]);
         let bands: Vec<_> =
             (0..job.views.len()).flat_map(|v| rows.clone().map(move |row| (v, row))).collect();
-        self.threads.install(|| {
-            bands.par_iter().for_each(|&(v, row)| {
-                let values = self.band(&job.views[v], job.layers, row);
-                images.lock().unwrap_or_else(PoisonError::into_inner).store(v, row, &values, |x| x as f32);
-                (job.progress)(values.len() * self.supersampling * self.supersampling);
-            });
+        bands.par_iter().for_each(|&(v, row)| {
+            let values = self.band(&job.views[v], job.layers, row);
+            images.lock().unwrap_or_else(PoisonError::into_inner).store(v, row, &values, |x| x as f32);
+            (job.progress)(values.len() * self.supersampling * self.supersampling);
         });
         Ok(images.into_inner().unwrap_or_else(PoisonError::into_inner))
     }

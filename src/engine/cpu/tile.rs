@@ -60,8 +60,8 @@ impl<K: Kernel, L: Lanes> WithField<L> for March<'_, K, L> {
             let blocks = paths.iter().map(|(_, path)| K::blocks(path));
             let (first, last) = blocks.fold((u32::MAX, 0), |(a, b), r| (a.min(*r.start()), b.max(*r.end())));
             for block in first..=last {
-                let slices = [block, block + 1].map(|b| (f64::from(b * BLOCK) * self.tile.step - 0.5) as f32);
-                if let Some(window) = Window::around(paths, slices, dimensions) {
+                let cells = [block * BLOCK, (block + 1) * BLOCK];
+                if let Some(window) = Window::around(paths, cells, self.tile.step, dimensions) {
                     window.touch(field, dimensions, paths.len() * BLOCK as usize);
                 }
                 for (k, path) in paths {

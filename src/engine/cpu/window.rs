@@ -17,21 +17,27 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// The voxels that `paths`, which share a driving axis, can read between the slices `slices`.
-    pub(super) fn around(paths: &[(usize, Path)], slices: [f32; 2], dimensions: [usize; 3]) -> Option<Self> {
+    /// The voxels that `paths`, which share a driving axis, can read in the cells `cells`, first to one past the last.
+    pub(super) fn around(
+        paths: &[(usize, Path)],
+        cells: [u32; 2],
+        step: f64,
+        dimensions: [usize; 3],
+    ) -> Option<Self> {
         let axis = paths.first()?.1.axis();
         let mut low = [f32::INFINITY; 2];
         let mut high = [f32::NEG_INFINITY; 2];
         for (_, path) in paths {
-            for s in slices {
-                let relative = path.at(s);
+            for cell in cells {
+                let relative = path.at(path.cells_to(cell) as f32 - 0.5);
                 for t in 0..2 {
-                    low[t] = low[t].min(relative[t] - path.low[t]);
-                    high[t] = high[t].max(relative[t] - path.low[t]);
+                    low[t] = low[t].min(relative[t] - path.across[t].low);
+                    high[t] = high[t].max(relative[t] - path.across[t].low);
                 }
             }
         }
         let [u, v] = TRANSVERSE[axis];
+        let slices = cells.map(|cell| (f64::from(cell) * step - 0.5) as f32);
         let (mut first, mut last) = ([0; 3], [0; 3]);
         for (axis, from, to) in [(axis, slices[0], slices[1]), (u, low[0], high[0]), (v, low[1], high[1])] {
             let end = dimensions[axis] - 1;

@@ -6,8 +6,8 @@ use crate::raycast::{Ray, Span};
 use crate::volume::Volume;
 
 /// The driving axis is divided into cells of `step` voxels from −½ on; each cell that the span touches gives one
-/// trilinear sample at the middle of the part inside, weighted by that part's length. Weights sum to the chord, and
-/// the sum is continuous in the ray.
+/// trilinear sample at the middle of the part inside, weighted by that part's length. Weights sum to the chord.
+/// The sum is continuous in the ray, except where the driving axis changes: there it jumps by about its own error.
 pub(super) fn integrate(volume: &Volume, ray: &Ray, span: Span, step: f64) -> PerLabel {
     let first_cell = ((span.enter + 0.5) / step).floor();
     let cells = ((span.leave - span.enter) / step).ceil() as usize + 2;

@@ -34,7 +34,11 @@ pub struct Reference {
 
 impl Reference {
     /// Ready to project `volume` as `scene` says, but with the given algorithm.
+    ///
+    /// # Errors
+    /// `InvalidArgument` when the algorithm's parameters are out of range.
     pub fn new(volume: Arc<Volume>, scene: &Scene, algorithm: Algorithm) -> Result<Self> {
+        algorithm.validate()?;
         Ok(Self {
             volume,
             algorithm,
@@ -48,12 +52,20 @@ impl Reference {
 
     /// Projects all views of the job in float64.
     pub fn project_f64(&self, job: &Job<'_>) -> Result<Images<f64>> {
+        self.run(job, |x| x)
+    }
+
+    fn run<T: Copy + Default + Send>(
+        &self,
+        job: &Job<'_>,
+        convert: impl Fn(f64) -> T + Sync,
+    ) -> Result<Images<T>> {
         let images = Mutex::new(Images::zeroed(self.size, job.views.len(), self.materials, job.layers)?);
         let [width, height] = self.size;
         let rows: Vec<_> = (0..job.views.len()).flat_map(|v| (0..height).map(move |j| (v, j))).collect();
         rows.par_iter().for_each(|&(v, j)| {
             let row: Vec<_> = (0..width).map(|i| self.pixel(&job.views[v], job, i, j)).collect();
-            images.lock().unwrap_or_else(PoisonError::into_inner).store(v, j, &row, |x| x);
+            images.lock().unwrap_or_else(PoisonError::into_inner).store(v, j, &row, &convert);
             (job.progress)(width * self.supersampling * self.supersampling);
         });
         Ok(images.into_inner().unwrap_or_else(PoisonError::into_inner))
@@ -101,6 +113,6 @@ impl Reference {
 
 impl Engine for Reference {
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
-        Ok(self.project_f64(job)?.to_f32())
+        self.run(job, |x| x as f32)
     }
 }
