@@ -128,7 +128,7 @@ static int refused_projections(const DrrVolume *volume) {
     INVALID(drr_projector_project_poses(projector, poses, 2, &outputs), "poses[1].source");
     poses[1] = good;
     memcpy(poses[1].row_step, poses[1].column_step, sizeof poses[1].row_step);
-    INVALID(drr_projector_project_poses(projector, poses, 2, &outputs), "poses[1].column_step, row_step");
+    INVALID(drr_projector_project_poses(projector, poses, 2, &outputs), "poses[1].column_step and row_step");
 
     ProjectionUniforms view, broken;
     OK(drr_uniforms_cone(&good, WIDTH, HEIGHT, &view));

@@ -28,9 +28,12 @@ const ALGORITHMS: [Algorithm; 6] = [
 
 const SIZE: [usize; 2] = [40, 28];
 
+/// Relative L2 and largest relative error of ordinary grids.
+const ORDINARY: [f64; 2] = [4e-7, 1e-5];
+
 /// Holds every algorithm and layer to its twin: relative L2 at most `l2`; every line integral p to 2e-6 p + 1e-6; every
-/// areal density above a quarter of the largest to 1e-5.
-fn conforms(name: &str, volume: &Arc<Volume>, scene: &Scene, views: &[ViewRequest], l2: f64) {
+/// areal density above a twentieth of the largest to `worst`.
+fn conforms(name: &str, volume: &Arc<Volume>, scene: &Scene, views: &[ViewRequest], [l2, worst]: [f64; 2]) {
     for algorithm in ALGORITHMS {
         let projector = projector(Backend::Cpu, volume, Scene { algorithm, ..scene.clone() });
         let fast = projector.project(views, ALL, &quiet).expect("projects");
@@ -49,8 +52,8 @@ fn conforms(name: &str, volume: &Arc<Volume>, scene: &Scene, views: &[ViewReques
         }
         let largest = truth.areal_density.iter().copied().fold(0.0, f64::max);
         assert!(largest > 1e-3, "{name} sees nothing");
-        let worst = max_relative(&fast.areal_density, &truth.areal_density, 0.25 * largest);
-        assert!(worst <= 1e-5, "{algorithm:?}, {name}: max relative {worst:.2e}");
+        let error = max_relative(&fast.areal_density, &truth.areal_density, 0.05 * largest);
+        assert!(error <= worst, "{algorithm:?}, {name}: max relative {error:.2e}");
     }
 }
 
@@ -59,7 +62,7 @@ fn from_every_side_and_from_inside() {
     let grid = awkward_grid([70, 61, 53]);
     let volume = volume(grid);
     for (name, pose) in poses(&grid, SIZE) {
-        conforms(name, &volume, &Scene::new(SIZE).expect("valid"), &requests([pose]), 4e-7);
+        conforms(name, &volume, &Scene::new(SIZE).expect("valid"), &requests([pose]), ORDINARY);
     }
 }
 
@@ -70,10 +73,10 @@ fn through_projection_matrices_and_from_afar() {
     let scene = Scene::new(SIZE).expect("valid");
     for distance in [400.0, 1e4, 1e6, 1e9] {
         let pose = DetectorPose::c_arm(DVec3::ZERO, 23.0, distance, distance + 300.0, 2.0, SIZE);
-        conforms("pose", &volume, &scene, &requests([pose]), 4e-7);
+        conforms("pose", &volume, &scene, &requests([pose]), ORDINARY);
         if distance < 1e9 {
             let projection = Projection::from_pose(&pose, SIZE).expect("valid");
-            conforms("matrix", &volume, &scene, &[View::Projection(projection).into()], 4e-7);
+            conforms("matrix", &volume, &scene, &[View::Projection(projection).into()], ORDINARY);
         }
     }
 }
@@ -92,15 +95,16 @@ fn with_one_material_with_eight_and_with_float_densities() {
             MassAttenuation::named(&eight[..usize::from(count)], *scene.spectrum.grid()).expect("tabulated");
         scene.bone = Some(count - 1);
         let int16 = Volume::from_int16(grid, &hu, Some(&labels), &classification()).expect("valid");
-        conforms("int16", &Arc::new(int16), &scene, &requests([pose]), 4e-7);
+        conforms("int16", &Arc::new(int16), &scene, &requests([pose]), ORDINARY);
         let halves: Vec<f32> = hu.iter().map(|&hu| f32::from(hu) + 0.5).collect();
         let float32 = Volume::from_float32(grid, &halves, Some(&labels), &classification()).expect("valid");
-        conforms("float32", &Arc::new(float32), &scene, &requests([pose]), 4e-7);
+        conforms("float32", &Arc::new(float32), &scene, &requests([pose]), ORDINARY);
     }
 }
 
 /// Rays that cross such a grid near its end are far from its middle: float32 must not notice. The voxels are white noise,
-/// so that an error of position shows at once: over 1000 voxels float32 places a sample to 3e-5 of one.
+/// so that an error of position shows at once: over 1000 voxels float32 places a sample to 3e-5 of one; a
+/// ray that leans 1e-4 voxels per slice crosses a face 3e-4 slices early or late.
 #[test]
 fn in_thin_and_in_long_grids() {
     for (dimensions, spacing) in [
@@ -127,7 +131,7 @@ fn in_thin_and_in_long_grids() {
             let pose =
                 DetectorPose { source: target - 300.0 * direction, first_pixel, column_step, row_step };
             let name = format!("{dimensions:?} along {direction}");
-            conforms(&name, &volume, &Scene::new([14, 12]).expect("valid"), &requests([pose]), 4e-6);
+            conforms(&name, &volume, &Scene::new([14, 12]).expect("valid"), &requests([pose]), [4e-6, 5e-5]);
         }
     }
 }
