@@ -172,10 +172,8 @@ typedef struct DrrContextOptions {
 /// float64, without shortcuts: slow, and what the other engines are measured against. Always there.
 #define DRR_BACKEND_REFERENCE 2
 
-/// Fills `struct_size` bytes of `options` with the defaults; drr_context_options_init passes the right size.
-///
-/// Fails for NULL and for a size that no version of the struct has. Any thread.
-DrrStatus drr_context_options_init_sized(struct DrrContextOptions *options, size_t struct_size);
+/// Fills `*options` with the defaults and its size. Fails for NULL. Any thread.
+DrrStatus drr_context_options_init(struct DrrContextOptions *options);
 
 /// Makes a context and starts its threads.
 ///
@@ -246,11 +244,8 @@ typedef struct DrrVolumeDescriptor {
 /// air -950 lung -200 adipose -20 soft tissue 200 cortical bone 2995 titanium. Needs a table of six materials.
 #define DRR_THRESHOLDS_SIX_CLASS 3
 
-/// Fills `struct_size` bytes of `descriptor` with the defaults; drr_volume_descriptor_init passes the right size.
-///
-/// Fails for NULL and for a size that no version of the struct has. Any thread.
-DrrStatus drr_volume_descriptor_init_sized(struct DrrVolumeDescriptor *descriptor,
-                                           size_t struct_size);
+/// Fills `*descriptor` with the defaults and its size. Fails for NULL. Any thread.
+DrrStatus drr_volume_descriptor_init(struct DrrVolumeDescriptor *descriptor);
 
 /// Makes a volume of int16 CT numbers. The voxels are copied: the caller's memory is free afterwards.
 ///
@@ -342,10 +337,8 @@ typedef struct DrrScene {
 /// The trilinear field integrated exactly. DRR_BACKEND_REFERENCE and drr_reference_project only.
 #define DRR_ALGORITHM_EXACT 3
 
-/// Fills `struct_size` bytes of `scene` with the defaults; drr_scene_init passes the right size.
-///
-/// Fails for NULL and for a size that no version of the struct has. Any thread.
-DrrStatus drr_scene_init_sized(struct DrrScene *scene, size_t struct_size);
+/// Fills `*scene` with the defaults and its size. Fails for NULL. Any thread.
+DrrStatus drr_scene_init(struct DrrScene *scene);
 
 /// A point source and a flat detector, world mm. The centre of pixel (i, j), i = column, is at
 /// first_pixel + i x column_step + j x row_step. The struct never grows: arrays of it are passed.
@@ -423,15 +416,11 @@ typedef struct DrrReferenceOutputs {
     double *bone_path_mm;
 } DrrReferenceOutputs;
 
-/// Fills `struct_size` bytes of `outputs` with NULL; drr_outputs_init passes the right size.
-///
-/// Fails for NULL and for a size that no version of the struct has. Any thread.
-DrrStatus drr_outputs_init_sized(struct DrrOutputs *outputs, size_t struct_size);
+/// Fills `*outputs` with NULL and its size. Fails for NULL. Any thread.
+DrrStatus drr_outputs_init(struct DrrOutputs *outputs);
 
-/// Fills `struct_size` bytes of `outputs` with NULL; drr_reference_outputs_init passes the right size.
-///
-/// Fails for NULL and for a size that no version of the struct has. Any thread.
-DrrStatus drr_reference_outputs_init_sized(struct DrrReferenceOutputs *outputs, size_t struct_size);
+/// Fills `*outputs` with NULL and its size. Fails for NULL. Any thread.
+DrrStatus drr_reference_outputs_init(struct DrrReferenceOutputs *outputs);
 
 /// One volume, one scene, and the plan made for them. Immutable: any number of threads may project with one at
 /// once. Keeps its volume and its context alive.
@@ -529,24 +518,6 @@ DrrStatus drr_physics_detector(const char *name,
 #if defined(__cplusplus)
 }
 #endif
-
-/* The initialisers are inline so that they know the size of the struct that this program is compiled with. A later
- * library, whose struct has grown, then writes no further. Each fails only for NULL. */
-static inline DrrStatus drr_context_options_init(DrrContextOptions *options) {
-    return drr_context_options_init_sized(options, sizeof(DrrContextOptions));
-}
-static inline DrrStatus drr_volume_descriptor_init(DrrVolumeDescriptor *descriptor) {
-    return drr_volume_descriptor_init_sized(descriptor, sizeof(DrrVolumeDescriptor));
-}
-static inline DrrStatus drr_scene_init(DrrScene *scene) {
-    return drr_scene_init_sized(scene, sizeof(DrrScene));
-}
-static inline DrrStatus drr_outputs_init(DrrOutputs *outputs) {
-    return drr_outputs_init_sized(outputs, sizeof(DrrOutputs));
-}
-static inline DrrStatus drr_reference_outputs_init(DrrReferenceOutputs *outputs) {
-    return drr_reference_outputs_init_sized(outputs, sizeof(DrrReferenceOutputs));
-}
 
 #endif
 

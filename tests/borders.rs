@@ -294,3 +294,17 @@ fn bone_path_is_length_by_label_whatever_the_density() {
         }
     }
 }
+
+#[test]
+fn a_step_out_of_range_is_refused_also_by_the_reference() {
+    let grid = Grid::centred([8, 8, 8], DVec3::ONE).expect("valid");
+    let scene = Scene::new([4, 4]).expect("valid");
+    let pose = DetectorPose::c_arm(DVec3::ZERO, 0.0, 100.0, 150.0, 1.0, [4, 4]);
+    let projector = projector(Backend::Cpu, &uniform(grid), scene.clone());
+    for step in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-9, 8.1] {
+        let algorithm = Algorithm::March { step };
+        let error = projector.reference(algorithm, &requests([pose]), ALL, &quiet).expect_err("out of range");
+        assert!(error.to_string().starts_with("scene.step_voxels is "), "{error}");
+        assert!(Scene { algorithm, ..scene.clone() }.validate().is_err());
+    }
+}

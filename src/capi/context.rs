@@ -60,16 +60,11 @@ fn backend(code: DrrBackend) -> Result<Backend> {
     }
 }
 
-/// Fills `struct_size` bytes of `options` with the defaults; drr_context_options_init passes the right size.
-///
-/// Fails for NULL and for a size that no version of the struct has. Any thread.
+/// Fills `*options` with the defaults and its size. Fails for NULL. Any thread.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn drr_context_options_init_sized(
-    options: *mut DrrContextOptions,
-    struct_size: usize,
-) -> DrrStatus {
-    // SAFETY: the C caller passes a struct of that size.
-    guard(|| unsafe { options::init("options", options, struct_size) })
+pub unsafe extern "C" fn drr_context_options_init(options: *mut DrrContextOptions) -> DrrStatus {
+    // SAFETY: the C caller passes a place for one struct.
+    guard(|| unsafe { options::init("options", options) })
 }
 
 /// Makes a context and starts its threads.

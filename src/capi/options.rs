@@ -1,7 +1,7 @@
 //! Structs that may grow: they start with their size, and an initialiser fills them.
 //!
-//! The header's `drr_X_init(&x)` is an inline function that passes the size of the struct that the *program* was
-//! compiled with. A library that wrote the size of its own, newer struct would write past the end of an older one.
+//! A program finds the initialiser that knows its struct by name: when a struct grows, the new header says
+//! `#define drr_x_init drr_x_init_2`, and the symbol `drr_x_init` goes on filling the old struct.
 
 use crate::capi::memory;
 use crate::error::{Error, Result};
@@ -17,20 +17,14 @@ pub(super) unsafe trait Options: Copy {
     fn defaults() -> Self;
 }
 
-/// Fills the caller's struct, of which `struct_size` bytes exist, with defaults.
+/// Fills the caller's struct with defaults.
 ///
 /// # Safety
-/// Unless it is null or misaligned, `struct_size` bytes can be written at `place`.
-pub(super) unsafe fn init<T: Options>(argument: &str, place: *mut T, struct_size: usize) -> Result<()> {
+/// Unless it is null or misaligned, `place` can be written.
+pub(super) unsafe fn init<T: Options>(argument: &str, place: *mut T) -> Result<()> {
     memory::check(argument, place, 1)?;
-    check_size::<T>("struct_size", struct_size)?;
-    let defaults = T::defaults();
-    // SAFETY: not null, aligned; `struct_size` is at most the size of `T`, and can be written by the caller's promise.
-    // The first field is a `usize`.
-    unsafe {
-        std::ptr::copy_nonoverlapping((&raw const defaults).cast::<u8>(), place.cast::<u8>(), struct_size);
-        place.cast::<usize>().write(struct_size);
-    }
+    // SAFETY: not null, aligned, and writable by the caller's promise.
+    unsafe { place.write(T::defaults()) };
     Ok(())
 }
 
@@ -81,22 +75,20 @@ mod tests {
     }
 
     #[test]
-    fn an_older_struct_is_neither_read_nor_written_past_its_end() {
+    fn an_older_struct_is_not_read_past_its_end() {
         let mut place = Grown { struct_size: 0, old: 77, new: 88 };
         // SAFETY: 24 bytes are there, initialised, of which 16 are claimed.
         unsafe {
-            init("place", &raw mut place, 16).expect("a known size");
-            assert_eq!(place, Grown { struct_size: 16, old: 1, new: 88 });
-            place.old = 5;
-            assert_eq!(read("place", &raw const place), Ok(Grown { struct_size: 16, old: 5, new: 2 }));
-            init("place", &raw mut place, 24).expect("a known size");
+            place.struct_size = 16;
+            assert_eq!(read("place", &raw const place), Ok(Grown { struct_size: 16, old: 77, new: 2 }));
+            init("place", &raw mut place).expect("a good place");
             assert_eq!(place, Grown { struct_size: 24, old: 1, new: 2 });
             for size in [0, 8, 20, 32, usize::MAX] {
                 place.struct_size = size;
                 let error = read("place", &raw const place).expect_err("an unknown size").to_string();
                 assert!(error.starts_with("place.struct_size is ") && error.contains("16 or 24"), "{error}");
-                assert!(init("place", &raw mut place, size).is_err());
             }
+            assert!(init("place", std::ptr::null_mut::<Grown>()).is_err());
             assert!(read("place", std::ptr::null::<Grown>()).is_err());
         }
     }

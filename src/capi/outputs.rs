@@ -142,23 +142,16 @@ impl<T: Copy> Places<T> {
     }
 }
 
-/// Fills `struct_size` bytes of `outputs` with NULL; drr_outputs_init passes the right size.
-///
-/// Fails for NULL and for a size that no version of the struct has. Any thread.
+/// Fills `*outputs` with NULL and its size. Fails for NULL. Any thread.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn drr_outputs_init_sized(outputs: *mut DrrOutputs, struct_size: usize) -> DrrStatus {
-    // SAFETY: the C caller passes a struct of that size.
-    guard(|| unsafe { options::init("outputs", outputs, struct_size) })
+pub unsafe extern "C" fn drr_outputs_init(outputs: *mut DrrOutputs) -> DrrStatus {
+    // SAFETY: the C caller passes a place for one struct.
+    guard(|| unsafe { options::init("outputs", outputs) })
 }
 
-/// Fills `struct_size` bytes of `outputs` with NULL; drr_reference_outputs_init passes the right size.
-///
-/// Fails for NULL and for a size that no version of the struct has. Any thread.
+/// Fills `*outputs` with NULL and its size. Fails for NULL. Any thread.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn drr_reference_outputs_init_sized(
-    outputs: *mut DrrReferenceOutputs,
-    struct_size: usize,
-) -> DrrStatus {
-    // SAFETY: the C caller passes a struct of that size.
-    guard(|| unsafe { options::init("outputs", outputs, struct_size) })
+pub unsafe extern "C" fn drr_reference_outputs_init(outputs: *mut DrrReferenceOutputs) -> DrrStatus {
+    // SAFETY: the C caller passes a place for one struct.
+    guard(|| unsafe { options::init("outputs", outputs) })
 }

@@ -235,11 +235,9 @@ impl DrrScene {
     }
 }
 
-/// Fills `struct_size` bytes of `scene` with the defaults; drr_scene_init passes the right size.
-///
-/// Fails for NULL and for a size that no version of the struct has. Any thread.
+/// Fills `*scene` with the defaults and its size. Fails for NULL. Any thread.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn drr_scene_init_sized(scene: *mut DrrScene, struct_size: usize) -> DrrStatus {
-    // SAFETY: the C caller passes a struct of that size.
-    guard(|| unsafe { options::init("scene", scene, struct_size) })
+pub unsafe extern "C" fn drr_scene_init(scene: *mut DrrScene) -> DrrStatus {
+    // SAFETY: the C caller passes a place for one struct.
+    guard(|| unsafe { options::init("scene", scene) })
 }

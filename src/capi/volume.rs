@@ -131,16 +131,11 @@ impl Opaque for DrrVolume {
     const NAME: &'static str = "DrrVolume";
 }
 
-/// Fills `struct_size` bytes of `descriptor` with the defaults; drr_volume_descriptor_init passes the right size.
-///
-/// Fails for NULL and for a size that no version of the struct has. Any thread.
+/// Fills `*descriptor` with the defaults and its size. Fails for NULL. Any thread.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn drr_volume_descriptor_init_sized(
-    descriptor: *mut DrrVolumeDescriptor,
-    struct_size: usize,
-) -> DrrStatus {
-    // SAFETY: the C caller passes a struct of that size.
-    guard(|| unsafe { options::init("descriptor", descriptor, struct_size) })
+pub unsafe extern "C" fn drr_volume_descriptor_init(descriptor: *mut DrrVolumeDescriptor) -> DrrStatus {
+    // SAFETY: the C caller passes a place for one struct.
+    guard(|| unsafe { options::init("descriptor", descriptor) })
 }
 
 /// Makes a volume of int16 CT numbers. The voxels are copied: the caller's memory is free afterwards.
