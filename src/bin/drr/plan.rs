@@ -28,10 +28,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         Console::answer(projector.plan().to_json());
         return Ok(ExitCode::SUCCESS);
     }
-    let plan = projector.plan();
-    Console::answer(format_args!("{}: {}", arguments.inputs.ct.name(), plan.to_string().trim_end()));
-    for stage in &plan.stages {
-        Console::answer(format_args!("  error {:<14} {}", stage.name, stage.error));
-    }
+    let plan = projector.plan().to_string();
+    Console::answer(format_args!("{}: {}", arguments.inputs.ct.name(), plan.trim_end()));
     Ok(ExitCode::SUCCESS)
 }
