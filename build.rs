@@ -1,4 +1,5 @@
-//! Names the shared library, so that a program that links to it finds it wherever it is installed.
+//! Names the shared library by its file name, so that a program that links to it finds it wherever that file is.
+//! Packages made by cargo-c give it a version.
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
@@ -10,6 +11,6 @@ fn main() {
     if target("CARGO_CFG_TARGET_VENDOR") == "apple" {
         println!("cargo::rustc-cdylib-link-arg=-Wl,-install_name,@rpath/libdrr.dylib");
     } else if target("CARGO_CFG_TARGET_OS") == "linux" {
-        println!("cargo::rustc-cdylib-link-arg=-Wl,-soname,libdrr.so.0");
+        println!("cargo::rustc-cdylib-link-arg=-Wl,-soname,libdrr.so");
     }
 }

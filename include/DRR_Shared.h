@@ -195,7 +195,9 @@ DrrStatus drr_context_destroy(struct DrrContext *context);
 /// its context alive; a projector keeps its volume alive, so it may be destroyed as soon as it is no longer named.
 typedef struct DrrVolume DrrVolume;
 
-/// A curve from CT numbers to mass density: one of the DRR_CALIBRATION constants. Other values are refused.
+/// A curve from CT numbers to mass density: one of the DRR_CALIBRATION constants. Other values are refused. CT numbers
+/// above 3071 HU, the ceiling of 12-bit scanners, count as 3071, those from -1024 to -1000 as -1000; below -1024 is
+/// padding outside the scan, which is vacuum.
 typedef uint32_t DrrCalibration;
 
 /// Which CT numbers are which material where no label is given: one of the DRR_THRESHOLDS constants. Other values
@@ -207,7 +209,7 @@ typedef uint32_t DrrThresholds;
 typedef struct DrrVolumeDescriptor {
     /// Set by drr_volume_descriptor_init.
     size_t struct_size;
-    /// Voxels along i, j, k: each 1 to 32768, at most 2^33 in all. Voxel (i, j, k) is at
+    /// Voxels along i, j, k: each 1 to 32768, at most 2^32 in all. Voxel (i, j, k) is at
     /// (k x dimensions[1] + j) x dimensions[0] + i. Default 0, which is refused.
     size_t dimensions[3];
     /// Voxel index to world, mm, column-major: the centre of voxel (i, j, k) is at index_to_world x (i, j, k, 1),
@@ -229,7 +231,7 @@ typedef struct DrrVolumeDescriptor {
 /// Two lines with 1.03 g/cm^3 at 0 HU.
 #define DRR_CALIBRATION_BILINEAR_1P03 2
 
-/// 1 + HU/1000 g/cm^3 throughout: bone comes out too dense, but it is what most projectors assume.
+/// 1 + HU/1000 g/cm^3: bone comes out too dense, but it is what most projectors assume.
 #define DRR_CALIBRATION_LINEAR 3
 
 /// air -950 lung -200 soft tissue 200 cortical bone: the specification's four materials.
@@ -302,7 +304,7 @@ typedef struct DrrScene {
     /// The first energy, keV, above 0. Default 15. Built-in tables hold whole energies from 15 to 150 keV and are
     /// not interpolated.
     double first_energy_kev;
-    /// From one energy to the next, keV, above 0. Default 1.
+    /// From one energy to the next, keV, at least 1e-6. Default 1.
     double energy_step_kev;
     /// The energy of every photon, keV, when DRR_EFFECT_POLYENERGETIC is not set; must be one of the energies.
     /// Spectrum and detector response are then not read, and a ray that meets nothing has intensity 1. Default 70.

@@ -10,7 +10,7 @@ use crate::geometry::View;
 use crate::physics::SpectralModel;
 use crate::plan::Plan;
 use crate::raycast::Beam;
-use crate::scene::{Algorithm, Scene};
+use crate::scene::{Algorithm, Scene, check_i0};
 use crate::volume::Volume;
 
 /// Where projectors run: an engine and its threads. Cheap to clone; may be used from many threads at once.
@@ -149,6 +149,7 @@ impl Projector {
                     format!("{materials}, the scene's"),
                 ));
             }
+            spectral.as_ref().map_or(Ok(()), |model| check_i0(model.i0()))?;
             let beam = Beam::new(&request.view, self.volume.grid(), self.scene.detector)?;
             Ok(ViewJob { beam, early_exit: request.early_exit, spectral })
         };

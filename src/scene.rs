@@ -12,6 +12,15 @@ pub const MAX_SUPERSAMPLING: usize = 16;
 /// Smallest and largest march step, voxels along the driving axis.
 pub const STEP_RANGE: [f64; 2] = [1.0 / 64.0, 8.0];
 
+/// Images are float32: the signal of a ray that meets nothing must fit.
+pub(crate) fn check_i0(i0: f64) -> Result<()> {
+    if i0 > f64::from(f32::MAX) {
+        let valid = format!("at most {:e}, which float32 images can hold", f32::MAX);
+        return Err(Error::invalid("spectrum's sum", format!("{i0:e}"), valid));
+    }
+    Ok(())
+}
+
 /// How the line integral through the voxels is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -105,7 +114,7 @@ impl Scene {
         if let Some(bone) = self.bone.filter(|&bone| usize::from(bone) >= count) {
             return Err(Error::invalid("scene.bone_material", bone, format!("0 … {}", count - 1)));
         }
-        self.spectral_model().map(|_| ())
+        check_i0(self.spectral_model()?.i0()).map_err(|error| error.of("scene"))
     }
 
     /// What turns areal densities into a signal.

@@ -176,6 +176,7 @@ fn the_picture_has_the_head_up_and_the_left_side_right() {
     let hu = (0..8_u16 * 8 * 8).map(|n| if n % 8 >= 5 && n / 64 >= 5 { 1000_i16 } else { -1000 });
     let raw: Vec<u8> = hu.flat_map(i16::to_le_bytes).collect();
     std::fs::write(folder.path().join("ct.raw"), raw).expect("written");
+    std::fs::write(folder.path().join("alike.csv"), "energy_keV,a b,a_b\n60,0.2,0.2\n").expect("written");
     let ct = ["--ct", "ct.raw", "--dims", "8,8,8", "--spacing", "10,10,10", "--angles", "0"];
     succeed(folder.path(), &[&["project"], &ct[..], &["--size", "40x40", "--output", "out"]].concat());
     let file = std::fs::File::open(folder.path().join("out/radiograph.png")).expect("a picture");
@@ -350,8 +351,9 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
     let folder = write_inputs();
     std::fs::write(folder.path().join("labels8.raw"), vec![8_u8; SIZE.iter().product()]).expect("written");
     std::fs::write(folder.path().join("half.csv"), "energy_keV,weight\n60.5,1\n").expect("written");
+    std::fs::write(folder.path().join("alike.csv"), "energy_keV,a b,a_b\n60,0.2,0.2\n").expect("written");
     let ct = ["--ct", "ct.raw", "--dims", "24,20,18", "--spacing", "2,2,2"];
-    let cases: [(&str, Vec<&str>); 22] = [
+    let cases: [(&str, Vec<&str>); 29] = [
         ("--size", vec!["project", "--size", "0x5"]),
         ("--size", vec!["project", "--size", "large"]),
         ("--ct", vec!["project", "--ct", "missing.nii"]),
@@ -363,13 +365,20 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
         ("--labels", [&["project"], &ct[..], &["--labels", "ct.raw"]].concat()),
         ("label at voxel", [&["project"], &ct[..], &["--labels", "labels8.raw"]].concat()),
         ("--spectrum", vec!["project", "--spectrum", "W121"]),
-        ("--spectrum", vec!["project", "--spectrum", "half.csv"]),
+        ("--materials", vec!["project", "--spectrum", "half.csv"]),
+        ("--spacing", vec!["project", "--ct", "ct.raw", "--dims", "24,20,18", "--spacing", "0,1,1"]),
+        ("--spacing", vec!["project", "--ct", "ct.raw", "--dims", "24,20,18", "--spacing", "nan,1,1"]),
+        ("--dims", vec!["project", "--ct", "ct.raw", "--dims", "-4,4,4", "--spacing", "1,1,1"]),
+        ("--threads", vec!["project", "--threads", "-1"]),
+        ("--pixel", vec!["project", "--pixel", "1e300"]),
+        ("--output", vec!["project", "--output", "ct.raw"]),
+        ("share its file name", vec!["project", "--materials", "alike.csv"]),
         ("--mono", vec!["project", "--mono", "-3"]),
         ("--detector", vec!["project", "--detector", "film"]),
         ("--calibration", vec!["project", "--calibration", "none"]),
         ("--thresholds", vec!["project", "--thresholds", "none"]),
         ("--algorithm", vec!["project", "--algorithm", "exact"]),
-        ("--step", vec!["project", "--algorithm", "march", "--step", "2"]),
+        ("--step", vec!["project", "--algorithm", "march", "--step", "9"]),
         ("--step", vec!["project", "--step", "0.5"]),
         ("--geometry", vec!["project", "--geometry", "ct.raw"]),
         ("--threads", vec!["bench", "--threads", "5000"]),
@@ -382,5 +391,5 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
         assert!(error.starts_with("error: ") && error.contains(name), "{arguments:?}: {error}");
         assert_eq!(error.trim_end().lines().count(), 1, "{arguments:?}: {error}");
     }
-    assert_eq!(files(folder.path()).len(), 6, "nothing is written: {:?}", files(folder.path()));
+    assert_eq!(files(folder.path()).len(), 7, "nothing is written: {:?}", files(folder.path()));
 }

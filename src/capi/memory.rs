@@ -7,7 +7,8 @@ use crate::error::{Error, Result};
 /// Checks a pointer to `count` values of type `T`.
 pub(super) fn check<T>(argument: &str, pointer: *const T, count: usize) -> Result<()> {
     if pointer.is_null() {
-        return Err(Error::invalid(argument, "NULL", format!("a pointer to {count} values")));
+        let valid = if count == 1 { "a pointer".into() } else { format!("a pointer to {count} values") };
+        return Err(Error::invalid(argument, "NULL", valid));
     }
     if !pointer.is_aligned() {
         let valid = format!("aligned to {} bytes", align_of::<T>());

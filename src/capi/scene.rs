@@ -55,7 +55,7 @@ pub struct DrrScene {
     /// The first energy, keV, above 0. Default 15. Built-in tables hold whole energies from 15 to 150 keV and are
     /// not interpolated.
     pub first_energy_kev: f64,
-    /// From one energy to the next, keV, above 0. Default 1.
+    /// From one energy to the next, keV, at least 1e-6. Default 1.
     pub energy_step_kev: f64,
     /// The energy of every photon, keV, when DRR_EFFECT_POLYENERGETIC is not set; must be one of the energies.
     /// Spectrum and detector response are then not read, and a ray that meets nothing has intensity 1. Default 70.

@@ -14,7 +14,9 @@ use crate::error::{Error, Result};
 use crate::geometry::Grid;
 use crate::volume::{Classification, Volume};
 
-/// A curve from CT numbers to mass density: one of the DRR_CALIBRATION constants. Other values are refused.
+/// A curve from CT numbers to mass density: one of the DRR_CALIBRATION constants. Other values are refused. CT numbers
+/// above 3071 HU, the ceiling of 12-bit scanners, count as 3071, those from -1024 to -1000 as -1000; below -1024 is
+/// padding outside the scan, which is vacuum.
 pub type DrrCalibration = u32;
 
 /// 1 + HU/1000 g/cm³ up to water, then a line through cortical bone (1641.885 HU, 1.92 g/cm³).
@@ -23,7 +25,7 @@ pub const DRR_CALIBRATION_WATER_ANCHORED: DrrCalibration = 0;
 pub const DRR_CALIBRATION_SCHNEIDER_2000: DrrCalibration = 1;
 /// Two lines with 1.03 g/cm³ at 0 HU.
 pub const DRR_CALIBRATION_BILINEAR_1P03: DrrCalibration = 2;
-/// 1 + HU/1000 g/cm³ throughout: bone comes out too dense, but it is what most projectors assume.
+/// 1 + HU/1000 g/cm³: bone comes out too dense, but it is what most projectors assume.
 pub const DRR_CALIBRATION_LINEAR: DrrCalibration = 3;
 
 /// Which CT numbers are which material where no label is given: one of the DRR_THRESHOLDS constants. Other values
@@ -46,7 +48,7 @@ pub const DRR_THRESHOLDS_SIX_CLASS: DrrThresholds = 3;
 pub struct DrrVolumeDescriptor {
     /// Set by drr_volume_descriptor_init.
     pub struct_size: usize,
-    /// Voxels along i, j, k: each 1 to 32768, at most 2^33 in all. Voxel (i, j, k) is at
+    /// Voxels along i, j, k: each 1 to 32768, at most 2^32 in all. Voxel (i, j, k) is at
     /// (k × dimensions[1] + j) × dimensions[0] + i. Default 0, which is refused.
     pub dimensions: [usize; 3],
     /// Voxel index to world, mm, column-major: the centre of voxel (i, j, k) is at index_to_world × (i, j, k, 1),

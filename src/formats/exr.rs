@@ -74,8 +74,12 @@ fn channels(image: &ExrImage<'_>) -> Result<AnyChannels<FlatSamples>> {
     Ok(AnyChannels::sort(channels.into()))
 }
 
+/// UTF-8, as OpenEXR asks; the library itself would write Latin-1.
 fn text(text: &str) -> Result<Text> {
-    Text::new_or_none(text).ok_or_else(|| Error::invalid("text for OpenEXR", text, "Latin-1 characters"))
+    if text.contains('\0') {
+        return Err(Error::invalid("text for OpenEXR", text.escape_debug(), "no NUL characters"));
+    }
+    Ok(Text::from_slice_unchecked(text.as_bytes()))
 }
 
 /// Sorts the attributes of the header by name; the library writes them in an order that differs from run to run. Their
@@ -160,7 +164,7 @@ mod tests {
             ("differ", |i| i.metadata[1].0 = "drr.key0".to_owned()),
             ("one pixel", |i| i.width = 0),
             ("one layer", |i| i.layers.clear()),
-            ("Latin-1", |i| i.metadata[0].1 = "αβγ".to_owned()),
+            ("NUL", |i| i.metadata[0].1 = "a\0b".to_owned()),
         ];
         for (word, damage) in cases {
             let mut image = example(&values, &values);
@@ -169,5 +173,20 @@ mod tests {
             assert!(message.contains(word), "{word}: {message}");
         }
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn text_is_utf8() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("view.exr");
+        let values = vec![0.5; WIDTH * HEIGHT];
+        let mut image = example(&values, &values);
+        image.metadata[0].1 = "α × β, g/cm²".to_owned();
+        image.layers[1].0 = "areal_density.Knöchel".to_owned();
+        write_exr(&path, &image).unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        for text in ["α × β, g/cm²", "areal_density.Knöchel\0"] {
+            assert!(bytes.windows(text.len()).any(|window| window == text.as_bytes()), "{text}");
+        }
     }
 }

@@ -88,7 +88,7 @@ impl GeometryFile {
             return Err("views is empty; valid: at least one".to_owned());
         }
         for (i, pose) in self.views.iter().enumerate() {
-            pose.validate().map_err(|e| format!("views[{i}]: {e}"))?;
+            pose.validate().map_err(|error| error.of(&format!("views[{i}]")).to_string())?;
         }
         Ok(())
     }
@@ -141,8 +141,8 @@ mod tests {
             ("`pixel`", views(&VIEW.replace("first_pixel", "pixel"))),
             ("`up`", views(&VIEW.replace('{', r#"{"up": 1, "#))),
             ("length", views(&VIEW.replace("[0,-500,0]", "[0,-500]"))),
-            ("views[1]: pose.column_step", views(&VIEW.replace("[1,0,0]", "[0,0,2]"))),
-            ("views[1]: pose.source", views(&VIEW.replace("-500", "500"))),
+            ("views[1].column_step and row_step", views(&VIEW.replace("[1,0,0]", "[0,0,2]"))),
+            ("views[1].source", views(&VIEW.replace("-500", "500"))),
             ("out of range", views(&VIEW.replace("-500", "1e999"))),
         ];
         for (word, text) in cases {

@@ -8,6 +8,8 @@ use crate::error::{Error, Result};
 pub(crate) const MAX_DIMENSION: usize = 1 << 15;
 /// Most voxels of a volume (4 Gi): flat indices fit 32 bits, in the kernels too.
 pub(crate) const MAX_VOXELS: usize = 1 << 32;
+/// Largest coordinate of anything in the world, mm: float64 still resolves 2e-6 mm there.
+pub(crate) const MAX_COORDINATE: f64 = 1e10;
 /// Smallest |det| of index→world, relative to the product of its column norms.
 const MIN_RELATIVE_DETERMINANT: f64 = 1e-6;
 
@@ -39,8 +41,15 @@ impl Grid {
             return Err(Error::invalid("dimensions", text, format!("at most {MAX_VOXELS} voxels in all")));
         }
         let matrix = index_to_world.matrix3;
-        if !index_to_world.is_finite() {
-            return Err(Error::invalid("index_to_world", format!("{index_to_world:?}"), "finite numbers"));
+        for (entry, value) in index_to_world.to_cols_array().into_iter().enumerate() {
+            if !(value.abs() <= MAX_COORDINATE) {
+                let argument = format!("index_to_world column {}, row {}", entry / 3, entry % 3);
+                return Err(Error::invalid(
+                    argument,
+                    value,
+                    format!("−{MAX_COORDINATE:e} … {MAX_COORDINATE:e} mm"),
+                ));
+            }
         }
         let norms = matrix.x_axis.length() * matrix.y_axis.length() * matrix.z_axis.length();
         let relative = matrix.determinant().abs() / norms;

@@ -48,9 +48,9 @@ impl Projection {
     /// Checks that all numbers are finite and that the matrix describes rays. Whether source and matrix agree is
     /// checked where the volume is known, in `Beam::new`.
     pub fn validate(&self) -> Result<()> {
-        if !self.matrix.is_finite() {
-            let text = format!("{:?}", self.matrix);
-            return Err(Error::invalid("modelViewProjectionMatrix", text, "finite numbers"));
+        if let Some(entry) = self.matrix.to_cols_array().iter().position(|x| !x.is_finite()) {
+            let argument = format!("modelViewProjectionMatrix column {}, row {}", entry / 4, entry % 4);
+            return Err(Error::invalid(argument, self.matrix.to_cols_array()[entry], "finite numbers"));
         }
         let [x, y, w] = self.rows();
         let (nx, ny, nw) = (x.truncate(), y.truncate(), w.truncate());

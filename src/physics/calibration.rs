@@ -43,7 +43,7 @@ pub struct DensitySegment {
 /// | `water_anchored` | 1 + HU/1000 up to water, then through cortical bone (1641.885 HU, 1.92 g/cm³); continuous |
 /// | `schneider2000` | Schneider et al. 2000 as tabulated by TOPAS; 1.018 at 0 HU, jumps, not monotone |
 /// | `bilinear_1p03` | 1.03 at 0 HU, two lines, as in DeepDRR; continuous |
-/// | `linear` | 1 + HU/1000 throughout: bone too dense, but what most projectors assume |
+/// | `linear` | 1 + HU/1000: bone too dense, but what most projectors assume |
 #[derive(Debug, Clone, PartialEq)]
 pub struct Calibration {
     name: String,

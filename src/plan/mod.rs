@@ -140,7 +140,8 @@ impl std::fmt::Display for Plan {
         };
         writeln!(f, "{width}×{height} pixels from {n0}×{n1}×{n2} voxels on the {engine}")?;
         for stage in &self.stages {
-            writeln!(f, "  run   {:<14} {}", stage.name, stage.what)?;
+            let when = if stage.on_request { "may" } else { "run" };
+            writeln!(f, "  {when}   {:<14} {}", stage.name, stage.what)?;
             writeln!(f, "        {:<14} because {}", "", stage.reason)?;
             writeln!(f, "        {:<14} cost per view: {}; error: {}", "", stage.cost, stage.error)?;
         }

@@ -12,6 +12,8 @@ use crate::volume::Volume;
 pub struct Stage {
     /// Short name.
     pub name: &'static str,
+    /// Whether it only runs for a call that asks for its layer.
+    pub on_request: bool,
     /// What it computes, with its parameters.
     pub what: String,
     /// Why the scene calls for it.
@@ -38,6 +40,7 @@ pub(super) fn stages(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Stage> 
     stages.push(if plan.energy_bins == 1 {
         Stage {
             name: "attenuate",
+            on_request: false,
             what: "I = I0 exp(−Σ_m (μ/ρ)_m A_m) at one energy".into(),
             reason: "the spectrum has a single bin".into(),
             cost: format!("{rays} exponentials"),
@@ -46,6 +49,7 @@ pub(super) fn stages(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Stage> 
     } else {
         Stage {
             name: "spectrum",
+            on_request: false,
             what: format!(
                 "I = Σ_k w_k exp(−Σ_m (μ/ρ)_m(E_k) A_m) over {} bins × {} materials, once per ray",
                 plan.energy_bins,
@@ -59,6 +63,7 @@ pub(super) fn stages(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Stage> 
     if plan.supersampling > 1 {
         stages.push(Stage {
             name: "supersampling",
+            on_request: false,
             what: format!("mean of the {0}×{0} rays of a pixel", plan.supersampling),
             reason: "the scene asks for it".into(),
             cost: format!("{rays} additions per layer"),
@@ -68,8 +73,9 @@ pub(super) fn stages(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Stage> 
     if let Some(bone) = scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled) {
         stages.push(Stage {
             name: "bone path",
+            on_request: true,
             what: format!("length in mm through voxels labelled {bone}, by Siddon's lengths"),
-            reason: "only when the bone_path layer is asked for".into(),
+            reason: "a call may ask for the bone_path layer".into(),
             cost: format!("at most {} voxel reads", rays * 3 * longest(plan)),
             error: "exact for voxels of constant label".into(),
         });
@@ -87,6 +93,7 @@ fn march(plan: &Plan, rays: usize) -> Stage {
     let names: Vec<_> = plan.materials.iter().map(|m| m.name.as_str()).collect();
     Stage {
         name: "ray march",
+        on_request: false,
         what: format!(
             "{what}; areal densities of {}",
             if names.is_empty() { "nothing".into() } else { names.join(", ") }

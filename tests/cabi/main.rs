@@ -8,10 +8,9 @@ mod nvrtc;
 mod toolchain;
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use libtest_mimic::{Arguments, Failed, Trial};
-use toolchain::{Compiler, Library, run};
+use toolchain::{Compiler, Library, launch, run};
 
 /// Programs of `cabi-tests/`.
 const PROGRAMS: [&str; 8] =
@@ -47,7 +46,7 @@ fn needing<T: Send + 'static>(
 /// Compiles a program, runs it and expects it to say PASS.
 fn passes(compiler: &Compiler, library: &Library, source: &Path) -> Result<(), Failed> {
     let executable = compiler.executable(source, library)?;
-    let output = run(Command::new(executable).env("ASAN_OPTIONS", "detect_leaks=1"))?;
+    let output = run(&mut launch(&executable))?;
     if output.lines().last().is_some_and(|line| line.starts_with("PASS")) {
         return Ok(());
     }
@@ -79,7 +78,7 @@ fn programs(library: &Library) -> Vec<Trial> {
 /// A sanitizer that is not on passes everything.
 fn sanitizer_is_on(compiler: &Compiler, library: &Library) -> Result<(), Failed> {
     let executable = compiler.executable(&beside_this_file("overflow.c"), library)?;
-    match run(&mut Command::new(executable)) {
+    match run(&mut launch(&executable)) {
         Ok(output) => Err(format!("the overflow was not found:\n{output}").into()),
         Err(failed) if failed.message().is_some_and(|m| m.contains("heap-buffer-overflow")) => Ok(()),
         Err(failed) => Err(failed),

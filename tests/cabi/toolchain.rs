@@ -36,20 +36,13 @@ impl Library {
     pub(super) fn shared() -> Self {
         let folder = scratch();
         #[cfg(not(target_vendor = "apple"))]
-        let (built, names) = ("libdrr.so", ["libdrr.so", "libdrr.so.0"]);
+        let name = "libdrr.so";
         #[cfg(target_vendor = "apple")]
-        let (built, names) = ("libdrr.dylib", ["libdrr.dylib"]);
-        for name in names {
-            // A link of an earlier run may point to another profile's library.
-            let _ = std::fs::remove_file(folder.join(name));
-            std::os::unix::fs::symlink(beside_this_test(built), folder.join(name))
-                .expect("a link can be made");
-        }
-        let mut link: Vec<OsString> = vec!["-L".into(), folder.clone().into(), "-ldrr".into()];
-        let mut rpath = OsString::from("-Wl,-rpath,");
-        rpath.push(folder);
-        link.push(rpath);
-        Self { link, suffix: "" }
+        let name = "libdrr.dylib";
+        // A link of an earlier run may point to another profile's library.
+        let _ = std::fs::remove_file(folder.join(name));
+        std::os::unix::fs::symlink(beside_this_test(name), folder.join(name)).expect("a link can be made");
+        Self { link: vec!["-L".into(), folder.into(), "-ldrr".into()], suffix: "" }
     }
 
     /// The static library, with what Rust's standard library needs of the system.
@@ -59,6 +52,14 @@ impl Library {
         link.extend(system.iter().map(Into::into));
         Self { link, suffix: "-static" }
     }
+}
+
+/// Runs a program that was made here. Cargo's own loader path would find the library of an earlier build first.
+pub(super) fn launch(executable: &Path) -> Command {
+    let path = if cfg!(target_vendor = "apple") { "DYLD_LIBRARY_PATH" } else { "LD_LIBRARY_PATH" };
+    let mut command = Command::new(executable);
+    command.env(path, scratch()).env("ASAN_OPTIONS", "detect_leaks=1");
+    command
 }
 
 /// Cargo puts the libraries of a test run beside the test's executable; the copies one folder up are of earlier builds.
@@ -170,6 +171,6 @@ impl Compiler {
         }
         let nothing = Library { link: Vec::new(), suffix: "" };
         let executable = self.executable(&source, &nothing)?;
-        run(Command::new(executable).env("ASAN_OPTIONS", "detect_leaks=1")).map(|_| ())
+        run(&mut launch(&executable)).map(|_| ())
     }
 }

@@ -39,7 +39,7 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Project a CT: OpenEXR images, a PNG picture and the plan.
     Project(crate::project::Arguments),
-    /// Print what `project` would run with the same arguments, and why.
+    /// Print what `project` would run with the same inputs, and why; what it may run depends on --layers.
     Plan(crate::plan::Arguments),
     /// Time every stage of a projection, with a pass over the memory for comparison.
     Bench(crate::bench::Arguments),

@@ -30,6 +30,11 @@ impl Console {
         }
     }
 
+    /// Says that a result is probably not what was meant, also when quiet.
+    pub(crate) fn warn(text: impl std::fmt::Display) {
+        let _ = writeln!(std::io::stderr(), "warning: {text}");
+    }
+
     /// Prints what was asked for. A reader that has gone away is no error of ours.
     pub(crate) fn answer(text: impl std::fmt::Display) {
         let _ = writeln!(std::io::stdout(), "{text}");

@@ -23,10 +23,10 @@ pub(crate) struct CtArguments {
     #[arg(long, value_name = "FILE")]
     ct: Option<PathBuf>,
     /// Voxels of a raw CT along x, y, z
-    #[arg(long, value_name = "NX,NY,NZ", value_parser = value::dimensions, requires = "ct")]
+    #[arg(long, value_name = "NX,NY,NZ", value_parser = value::dimensions, allow_hyphen_values = true, requires = "ct")]
     dims: Option<[usize; 3]>,
     /// Distance of voxel centres of a raw CT along x, y, z, mm
-    #[arg(long, value_name = "SX,SY,SZ", value_parser = value::vector, requires = "dims")]
+    #[arg(long, value_name = "SX,SY,SZ", value_parser = value::spacing, requires = "dims")]
     #[arg(allow_hyphen_values = true)]
     spacing: Option<DVec3>,
     /// Centre of voxel (0,0,0) of a raw CT in the world, mm [default: the volume is centred on 0,0,0]

@@ -23,7 +23,7 @@ pub(crate) struct MethodArguments {
     #[arg(long, value_enum, default_value = "cpu")]
     engine: EngineName,
     /// Threads; 0 is one per core
-    #[arg(long, value_name = "N", default_value = "0")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "0")]
     threads: usize,
 }
 

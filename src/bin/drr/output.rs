@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use crate::inputs::Setup;
 use crate::method::describe;
+use crate::physics::file_name;
 use crate::views::Views;
 
 /// Most views in the picture.
@@ -56,10 +57,18 @@ pub(crate) fn layers(names: &[LayerName]) -> Layers {
     }
 }
 
+/// Makes the folder where it is missing, and sees before the work whether files can be made in it.
+pub(crate) fn prepare(folder: &Path) -> Result<()> {
+    let probe = folder.join(".drr.part");
+    std::fs::create_dir_all(folder)
+        .and_then(|()| std::fs::write(&probe, []))
+        .and_then(|()| std::fs::remove_file(&probe))
+        .with_context(|| format!("--output {}", folder.display()))
+}
+
 impl Output<'_> {
-    /// Writes everything into `folder`, which is made where it is missing.
+    /// Writes everything into `folder`, which [`prepare`] has seen.
     pub(crate) fn write(&self, folder: &Path, raw: bool) -> Result<()> {
-        std::fs::create_dir_all(folder).with_context(|| format!("--output {}", folder.display()))?;
         let rounded;
         let images = match self.rendered {
             Rendered::Single(images) => images,
@@ -189,9 +198,7 @@ impl Name {
     }
 
     fn of_material(material: &str) -> Self {
-        // A material's own name may hold anything; a file's name may not.
-        let plain = |c: char| if c.is_ascii_alphanumeric() || "_-".contains(c) { c } else { '_' };
-        let file: String = material.chars().map(plain).collect();
-        Self { exr: format!("areal_density.{material}"), raw: format!("areal_density_{file}") }
+        let raw = format!("areal_density_{}", file_name(material));
+        Self { exr: format!("areal_density.{material}"), raw }
     }
 }

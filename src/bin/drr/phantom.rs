@@ -23,10 +23,10 @@ pub(crate) struct Arguments {
     #[arg(long)]
     list: bool,
     /// Voxels along x, y, z
-    #[arg(long, value_name = "NX,NY,NZ", value_parser = value::dimensions, default_value = "360,360,332")]
+    #[arg(long, value_name = "NX,NY,NZ", value_parser = value::dimensions, allow_hyphen_values = true, default_value = "360,360,332")]
     size: [usize; 3],
     /// Distance of voxel centres, mm; the volume is centred on 0,0,0 [default: what covers 360 x 360 x 332.5 mm]
-    #[arg(long, value_name = "SX,SY,SZ", value_parser = value::vector)]
+    #[arg(long, value_name = "SX,SY,SZ", value_parser = value::spacing, allow_hyphen_values = true)]
     spacing: Option<DVec3>,
     /// Add a fixed pseudo-random -15 ... +16 HU to the voxels of the first part (of thorax: the body)
     #[arg(long)]

@@ -32,7 +32,7 @@ pub(crate) struct PhysicsArguments {
     /// spectrum. Built-in coefficients exist at whole keV from 15 to 150.
     #[arg(long, value_name = "FILE.csv")]
     materials: Option<PathBuf>,
-    /// HU to density
+    /// HU to density, g/cm³; HU above 3071 count as 3071, below -1024 is vacuum
     #[arg(long, value_name = "NAME", default_value = Calibration::DEFAULT)]
     #[arg(value_parser = PossibleValuesParser::new(Calibration::names()))]
     calibration: String,
@@ -62,7 +62,7 @@ pub(crate) struct Physics {
     pub(crate) spectrum: Spectrum,
     pub(crate) materials: MassAttenuation,
     pub(crate) classification: Classification,
-    /// The first material whose name begins with `bone`.
+    /// The first material whose name has "bone" in it; otherwise label 3, which is bone in the specification's order.
     pub(crate) bone: Option<u8>,
 }
 
@@ -80,8 +80,8 @@ impl PhysicsArguments {
             Some(materials) => materials,
             None => built_in(&classification.thresholds, *spectrum.grid())?,
         };
-        let bone =
-            materials.names().iter().position(|name| name.starts_with("bone")).map(|label| label as u8);
+        let named = materials.names().iter().position(|name| name.to_lowercase().contains("bone"));
+        let bone = named.or((materials.names().len() > 3).then_some(3)).map(|label| label as u8);
         Ok(Physics { spectrum, materials, classification, bone })
     }
 
@@ -99,8 +99,11 @@ impl PhysicsArguments {
             let (grid, column) = only_column(table)?;
             return Spectrum::new(file_stem(&self.spectrum), grid, column.values).context("--spectrum");
         }
-        Spectrum::named(&self.spectrum, grid.copied().unwrap_or(EnergyGrid::SPECIFICATION))
-            .context("--spectrum")
+        let spectrum = Spectrum::named(&self.spectrum, grid.copied().unwrap_or(EnergyGrid::SPECIFICATION));
+        if own.is_some() {
+            return spectrum.context("the built-in --spectrum does not have the energies of --materials");
+        }
+        spectrum.context("--spectrum")
     }
 
     fn response(&self, grid: EnergyGrid) -> Result<DetectorResponse> {
@@ -125,13 +128,22 @@ fn one_energy(kev: f64, grid: EnergyGrid) -> Result<Spectrum> {
 
 fn built_in(thresholds: &Thresholds, grid: EnergyGrid) -> Result<MassAttenuation> {
     let names: Vec<_> = thresholds.materials().iter().map(String::as_str).collect();
-    MassAttenuation::named(&names, grid).context("--materials is missing for this --spectrum or --mono")
+    MassAttenuation::named(&names, grid)
+        .context("built-in materials do not have these energies; --materials gives others")
 }
 
 fn own_materials(path: &Path) -> Result<MassAttenuation> {
     let table = read_materials(path).context("--materials")?;
     let grid = energy_grid(&table)?;
-    let names = table.columns.iter().map(|column| column.name.clone()).collect();
+    let names: Vec<String> = table.columns.iter().map(|column| column.name.clone()).collect();
+    for (m, name) in names.iter().enumerate() {
+        if names[..m].iter().any(|other| file_name(other) == file_name(name)) {
+            bail!(
+                "--materials: column \"{name}\" would share its file name {} with another",
+                file_name(name)
+            );
+        }
+    }
     let values = table.columns.into_iter().flat_map(|column| column.values).collect();
     MassAttenuation::new(grid, names, values).context("--materials")
 }
@@ -144,6 +156,12 @@ fn only_column(table: Table) -> Result<(EnergyGrid, Column)> {
 fn energy_grid(table: &Table) -> drr::Result<EnergyGrid> {
     let energies = table.energies;
     EnergyGrid::new(energies.first_kev, energies.step_kev, energies.count)
+}
+
+/// A material's name as part of a file's: its own may hold anything.
+pub(crate) fn file_name(material: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || "_-".contains(c) { c } else { '_' };
+    material.chars().map(plain).collect()
 }
 
 fn spectrum_help() -> String {

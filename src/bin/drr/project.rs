@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use drr::engine::{Backend, Layers};
 use drr::{Projector, ViewRequest};
@@ -15,7 +15,7 @@ use crate::console::Console;
 use crate::effort::Effort;
 use crate::inputs::Inputs;
 use crate::method::{describe, engine_name};
-use crate::output::{LayerName, Output, Rendered, layers};
+use crate::output::{LayerName, Output, Rendered, layers, prepare};
 use crate::value::{prefixed, seconds};
 
 /// Where files go unless the user says otherwise.
@@ -48,11 +48,15 @@ pub(crate) struct Arguments {
 /// `drr project`.
 pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let setup = arguments.inputs.setup()?;
+    if setup.physics.bone.is_none() && arguments.layers.contains(&LayerName::BonePath) {
+        bail!("--layers: bone_path needs a material that is bone: one with \"bone\" in its name, or label 3");
+    }
     let loaded = setup.load(console)?;
     let loading = (loaded.reading + loaded.classifying).as_secs_f64();
     let volume = Arc::new(loaded.volume);
     let views = setup.views(&volume)?;
     let projector = setup.projector(volume, views.size)?;
+    prepare(&arguments.output)?;
     console.say(format_args!("{}: {}", arguments.inputs.ct.name(), projector.plan().to_string().trim_end()));
 
     let requests = views.requests();
@@ -73,7 +77,18 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         prefixed(effort.rays / projecting),
         prefixed(effort.samples / projecting),
     ));
-    let layers = &arguments.layers;
+    if effort.samples == 0.0 {
+        Console::warn("no ray meets the volume: are --origin, --sad, --sdd or --geometry as they should be?");
+    }
+    let mut layers = arguments.layers.clone();
+    let mut seen = Vec::new();
+    layers.retain(|layer| {
+        !seen.contains(layer) && {
+            seen.push(*layer);
+            true
+        }
+    });
+    let layers = &layers;
     let output = Output { setup: &setup, projector: &projector, views: &views, layers, rendered: &rendered };
     output.write(&arguments.output, arguments.raw)?;
     if !arguments.no_check && !console.is_quiet() {
@@ -100,10 +115,10 @@ fn render(
     let bar = console.bar("projecting", views.len() * projector.plan().rays_per_view());
     let progress = |rays: usize| bar.inc(rays as u64);
     let rendered = match backend {
-        Backend::Cpu => Rendered::Single(projector.project(views, layers, &progress).context("--layers")?),
+        Backend::Cpu => Rendered::Single(projector.project(views, layers, &progress)?),
         Backend::Reference => {
             let algorithm = projector.scene().algorithm;
-            Rendered::Double(projector.reference(algorithm, views, layers, &progress).context("--layers")?)
+            Rendered::Double(projector.reference(algorithm, views, layers, &progress)?)
         }
     };
     bar.finish_and_clear();

@@ -16,7 +16,14 @@ pub(crate) fn dimensions(text: &str) -> Result<[usize; 3], String> {
 /// `x,y,z`.
 pub(crate) fn vector(text: &str) -> Result<DVec3, String> {
     let numbers: Option<[f64; 3]> = numbers(text, ',');
-    numbers.map(DVec3::from_array).ok_or_else(|| "expected x,y,z: three numbers, mm".into())
+    let finite = numbers.map(DVec3::from_array).filter(|v| v.is_finite());
+    finite.ok_or_else(|| "expected x,y,z: three finite numbers, mm".into())
+}
+
+/// `sx,sy,sz`, all above 0.
+pub(crate) fn spacing(text: &str) -> Result<DVec3, String> {
+    let positive = vector(text).ok().filter(|v| v.min_element() > 0.0);
+    positive.ok_or_else(|| "expected sx,sy,sz: three numbers above 0, mm".into())
 }
 
 /// Width x height, pixels.

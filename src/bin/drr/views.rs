@@ -24,14 +24,14 @@ pub(crate) struct ViewArguments {
     /// Distance from the source to the axis of rotation, mm
     #[arg(long, value_name = "MM", value_parser = value::positive, allow_negative_numbers = true, default_value = "1000")]
     sad: f64,
-    /// Distance from the source to the detector, mm
+    /// Distance from the source to the detector, mm; rays end there
     #[arg(long, value_name = "MM", value_parser = value::positive, allow_negative_numbers = true, default_value = "1500")]
     sdd: f64,
     /// Distance of pixel centres, mm [default: 648 / columns, which is 0.9 for 720]
     #[arg(long, value_name = "MM", value_parser = value::positive, allow_negative_numbers = true)]
     pixel: Option<f64>,
     /// Columns and rows of pixels
-    #[arg(long, value_name = "WxH", value_parser = value::size, default_value = "720x720")]
+    #[arg(long, value_name = "WxH", value_parser = value::size, allow_hyphen_values = true, default_value = "720x720")]
     size: [usize; 2],
     /// Poses instead of angles, as JSON, mm in the world:
     /// {"width":W,"height":H,"views":[{"source":[x,y,z],"first_pixel":[..],"column_step":[..],"row_step":[..]}]}
@@ -72,6 +72,8 @@ impl ViewArguments {
         let pixel = self.pixel.unwrap_or(DEFAULT_WIDTH_MM / self.size[0].max(1) as f64);
         let pose =
             |&angle: &f64| DetectorPose::c_arm(grid.centre(), angle, self.sad, self.sdd, pixel, self.size);
-        Ok(Views { size: self.size, poses: self.angles.iter().map(pose).collect() })
+        let poses: Vec<_> = self.angles.iter().map(pose).collect();
+        poses.iter().try_for_each(DetectorPose::validate).context("--angles, --sad, --sdd, --pixel")?;
+        Ok(Views { size: self.size, poses })
     }
 }
