@@ -1,4 +1,43 @@
-//! X-ray projector: digitally reconstructed radiographs from CT.
+//! Digitally reconstructed radiographs (DRRs): X-ray images of a CT, poly-energetic, cone beam, with their error stated.
+//!
+//! A [`Scene`] says what is simulated: detector, spectrum, materials, algorithm. With a [`volume::Volume`] it becomes a
+//! [`plan::Plan`]: the stages that the scene calls for, each with its reason, cost and error, and what is left out. A
+//! [`Projector`] runs the plan on an [`engine`]: `cpu` in float32, or `reference` in float64, the truth that the fast one
+//! is held to. Rays accumulate the areal density of each material; energies come after the march, once per ray.
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use drr::engine::{Backend, Layers};
+//! use drr::geometry::{DetectorPose, View};
+//! use drr::phantom::Phantom;
+//! use drr::physics::{Calibration, Thresholds};
+//! use drr::volume::{Classification, VolumeBuilder};
+//! use drr::{Context, Projector, Scene};
+//!
+//! // A CT: int16 HU, x fastest, here a water cylinder of 200 mm.
+//! let phantom = Phantom::water_cylinder();
+//! let grid = phantom.grid([60, 60, 56])?;
+//! let how = Classification::named(Calibration::DEFAULT, Thresholds::DEFAULT)?;
+//! let mut volume = VolumeBuilder::int16(grid, &how, true)?;
+//! phantom.voxelise(&grid, |_, hu, labels| volume.push_int16(hu, Some(labels)))?;
+//!
+//! // 120 kVp, air, lung, soft tissue and bone, 90 × 90 pixels; two views at ±6°.
+//! let context = Context::new(Backend::Cpu, 0)?;
+//! let projector = Projector::new(&context, Arc::new(volume.finish()?), Scene::new([90, 90])?)?;
+//! println!("{}", projector.plan());
+//! let pair = DetectorPose::stereo_pair(&grid, 1000.0, 1500.0, 7.2, [90, 90]);
+//! let views = pair.map(|pose| View::Pose(pose).into());
+//! let wanted = Layers { line_integral: true, ..Layers::default() };
+//! let images = projector.project(&views, wanted, &|_rays| ())?;
+//!
+//! // Pixel (45, 45) of the first view against the cylinder's closed form.
+//! let water = phantom.areal_densities(pair[0].source, pair[0].pixel(45.0, 45.0), &|_hu| 1.0, 4)?;
+//! let exact = projector.scene().spectral_model()?.line_integral(&water);
+//! let p = images.view(&images.line_integral, 0)[45 * 90 + 45];
+//! assert!((f64::from(p) / exact - 1.0).abs() < 1e-2); // 6 mm voxels
+//! # drr::Result::Ok(())
+//! ```
 
 pub mod capi;
 pub mod engine;
