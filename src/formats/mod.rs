@@ -27,7 +27,7 @@ pub use nifti::{NiftiCt, NiftiLabels, NiftiVoxel, NiftiWriter};
 pub use picture::{Picture, radiograph};
 pub use png::{write_png_gray8, write_png_gray16};
 pub use raw::{RawCt, RawLabels, RawLayout, write_raw_f32, write_raw_f64};
-pub use tables::{Column, EnergyGrid, Table, read_detector, read_materials, read_spectrum};
+pub use tables::{Column, Table, read_detector, read_materials, read_spectrum};
 
 /// A result whose error is the reason alone; the caller adds the path.
 type Checked<T> = std::result::Result<T, String>;

@@ -6,21 +6,11 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 
 use crate::error::Result;
 use crate::formats::{Checked, file_error};
+use crate::physics::EnergyGrid;
 
 /// How far an energy may be from its place, in steps.
 const STEP_TOLERANCE: f64 = 1e-6;
 const ENERGY: &str = "energy_keV";
-
-/// Energies at equal distances: `first_kev + i * step_kev`, i = 0 … count−1.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EnergyGrid {
-    /// The first energy, keV; positive.
-    pub first_kev: f64,
-    /// The distance of neighbours, keV; positive. 1 keV where there is one energy only.
-    pub step_kev: f64,
-    /// Number of energies; at least 1.
-    pub count: usize,
-}
 
 /// A column of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +24,7 @@ pub struct Column {
 /// Columns over a common grid of energies.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// The energies.
+    /// The energies; the step is 1 keV where there is one energy only.
     pub energies: EnergyGrid,
     /// At least one column; the names differ.
     pub columns: Vec<Column>,
@@ -130,7 +120,7 @@ fn energy_grid(energies: &[(f64, u64)]) -> Checked<EnergyGrid> {
             ));
         }
     }
-    Ok(EnergyGrid { first_kev, step_kev, count })
+    EnergyGrid::new(first_kev, step_kev, count).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
@@ -147,7 +137,7 @@ mod tests {
     fn materials_have_their_columns_by_name() {
         let text = "# cm^2/g\nenergy_keV, water ,bone\n# between\n15,1.5,9e0\r\n15.5,1.25,8\n\n16,1,7.5\n";
         let table = read_materials(file(text).path()).unwrap();
-        assert_eq!(table.energies, EnergyGrid { first_kev: 15.0, step_kev: 0.5, count: 3 });
+        assert_eq!(table.energies, EnergyGrid::new(15.0, 0.5, 3).unwrap());
         assert_eq!(table.columns.len(), 2);
         assert_eq!(table.columns[0], Column { name: "water".to_owned(), values: vec![1.5, 1.25, 1.0] });
         assert_eq!(table.columns[1], Column { name: "bone".to_owned(), values: vec![9.0, 8.0, 7.5] });
@@ -157,14 +147,14 @@ mod tests {
     fn decimal_energies_count_as_uniform() {
         let rows: Vec<String> = (0..1360).map(|i| format!("{:.1},1", 15.0 + 0.1 * f64::from(i))).collect();
         let table = read_spectrum(file(&format!("energy_keV,weight\n{}", rows.join("\n"))).path()).unwrap();
-        assert_eq!(table.energies.count, 1360);
-        assert!((table.energies.step_kev - 0.1).abs() < 1e-12);
+        assert_eq!(table.energies.count(), 1360);
+        assert!((table.energies.step_kev() - 0.1).abs() < 1e-12);
     }
 
     #[test]
     fn one_energy_is_a_spectrum() {
         let table = read_spectrum(file("energy_keV,weight\n70,2\n").path()).unwrap();
-        assert_eq!(table.energies, EnergyGrid { first_kev: 70.0, step_kev: 1.0, count: 1 });
+        assert_eq!(table.energies, EnergyGrid::single(70.0).unwrap());
         assert_eq!(table.columns[0].values, [2.0]);
     }
 

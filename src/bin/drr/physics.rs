@@ -134,7 +134,6 @@ fn built_in(thresholds: &Thresholds, grid: EnergyGrid) -> Result<MassAttenuation
 
 fn own_materials(path: &Path) -> Result<MassAttenuation> {
     let table = read_materials(path).context("--materials")?;
-    let grid = energy_grid(&table)?;
     let names: Vec<String> = table.columns.iter().map(|column| column.name.clone()).collect();
     for (m, name) in names.iter().enumerate() {
         if names[..m].iter().any(|other| file_name(other) == file_name(name)) {
@@ -145,17 +144,12 @@ fn own_materials(path: &Path) -> Result<MassAttenuation> {
         }
     }
     let values = table.columns.into_iter().flat_map(|column| column.values).collect();
-    MassAttenuation::new(grid, names, values).context("--materials")
+    MassAttenuation::new(table.energies, names, values).context("--materials")
 }
 
 fn only_column(table: Table) -> Result<(EnergyGrid, Column)> {
-    let grid = energy_grid(&table)?;
+    let grid = table.energies;
     table.columns.into_iter().next().map(|column| (grid, column)).context("the table has no column")
-}
-
-fn energy_grid(table: &Table) -> drr::Result<EnergyGrid> {
-    let energies = table.energies;
-    EnergyGrid::new(energies.first_kev, energies.step_kev, energies.count)
 }
 
 /// A material's name as part of a file's: its own may hold anything.
