@@ -126,7 +126,7 @@ fn trilinear_in(cell: &[BigRational; 3], point: &[BigRational; 3]) -> BigRationa
 
 fn to_f64(x: &BigRational) -> f64 {
     // Good to an ulp or two: 120 bits of quotient, then float64.
-    let scale = BigRational::from_integer(1_u128.rotate_left(100).into());
+    let scale = BigRational::from_integer((1_u128 << 100).into());
     let scaled = (x * &scale).round().to_integer();
     scaled.to_string().parse::<f64>().expect("a decimal integer") / 2_f64.powi(100)
 }
