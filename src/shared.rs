@@ -7,6 +7,10 @@
 
 use std::mem::offset_of;
 
+use glam::{DMat4, DVec3, Vec3};
+
+use crate::geometry::Projection;
+
 /// A 4×4 matrix, column-major: `columns[c][r]`. `simd_float4x4` on Apple, `metal::float4x4` in Metal.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(16))]
@@ -79,3 +83,28 @@ const _: () = {
     assert!(offset_of!(ProjectionUniforms, enableEarlyExit) == 96);
     assert!(offset_of!(ProjectionUniforms, _padding) == 100);
 };
+
+impl From<&ProjectionUniforms> for Projection {
+    fn from(uniforms: &ProjectionUniforms) -> Self {
+        let DrrFloat3 { x, y, z } = uniforms.sourcePosition;
+        let columns = uniforms.modelViewProjectionMatrix.columns.map(|column| column.map(f64::from));
+        Self { matrix: DMat4::from_cols_array_2d(&columns), source: DVec3::new(x.into(), y.into(), z.into()) }
+    }
+}
+
+/// Rounded to float32; no early exit, the scene's own tables.
+impl From<&Projection> for ProjectionUniforms {
+    fn from(projection: &Projection) -> Self {
+        let Vec3 { x, y, z } = projection.source.as_vec3();
+        Self {
+            modelViewProjectionMatrix: DrrFloat4x4 {
+                columns: projection.matrix.as_mat4().to_cols_array_2d(),
+            },
+            sourcePosition: DrrFloat3 { x, y, z },
+            spectrumLutAddress: 0,
+            muLutAddress: 0,
+            enableEarlyExit: DrrBool(0),
+            _padding: 0.0,
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! Detector poses, and the uniforms made from them.
 
-use glam::{DMat4, DVec3, Vec3};
+use glam::DVec3;
 
 use crate::capi::boundary::guard;
 use crate::capi::memory;
@@ -8,7 +8,7 @@ use crate::capi::status::DrrStatus;
 use crate::error::{Error, Result};
 use crate::geometry::{DetectorPose, Projection};
 use crate::scene::MAX_DETECTOR;
-use crate::shared::{DrrBool, DrrFloat3, DrrFloat4x4, ProjectionUniforms};
+use crate::shared::ProjectionUniforms;
 
 /// A point source and a flat detector, world mm. The centre of pixel (i, j), i = column, is at
 /// first_pixel + i × column_step + j × row_step. The struct never grows: arrays of it are passed.
@@ -47,33 +47,6 @@ impl From<DetectorPose> for DrrDetectorPose {
     }
 }
 
-impl ProjectionUniforms {
-    /// The matrix and the source in float64.
-    pub(super) fn projection(&self) -> Projection {
-        let DrrFloat3 { x, y, z } = self.sourcePosition;
-        let columns = self.modelViewProjectionMatrix.columns.map(|column| column.map(f64::from));
-        Projection {
-            matrix: DMat4::from_cols_array_2d(&columns),
-            source: DVec3::new(x.into(), y.into(), z.into()),
-        }
-    }
-
-    /// The uniforms of a projection rounded to float32: no early exit, the scene's own tables.
-    fn rounded(projection: &Projection) -> Self {
-        let Vec3 { x, y, z } = projection.source.as_vec3();
-        Self {
-            modelViewProjectionMatrix: DrrFloat4x4 {
-                columns: projection.matrix.as_mat4().to_cols_array_2d(),
-            },
-            sourcePosition: DrrFloat3 { x, y, z },
-            spectrumLutAddress: 0,
-            muLutAddress: 0,
-            enableEarlyExit: DrrBool(0),
-            _padding: 0.0,
-        }
-    }
-}
-
 fn detector(width: usize, height: usize) -> Result<[usize; 2]> {
     for (name, n) in [("width", width), ("height", height)] {
         if !(1..=MAX_DETECTOR).contains(&n) {
@@ -102,8 +75,8 @@ pub unsafe extern "C" fn drr_uniforms_cone(
         let pose = unsafe { &memory::read_array("pose", pose, 1)?[0] };
         let projection = Projection::from_pose(&pose.into(), detector(width, height)?)
             .map_err(|error| error.of("pose"))?;
-        let rounded = ProjectionUniforms::rounded(&projection);
-        rounded.projection().validate()?;
+        let rounded = ProjectionUniforms::from(&projection);
+        Projection::from(&rounded).validate()?;
         // SAFETY: not null, aligned; the C caller passes a place for one struct.
         unsafe { uniforms.write(rounded) };
         Ok(())

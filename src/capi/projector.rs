@@ -116,7 +116,7 @@ pub unsafe extern "C" fn drr_projector_project(
     // SAFETY: a view's tables are the C caller's, as described.
     let request = |value: &ProjectorValue, view: &ProjectionUniforms| unsafe {
         Ok(ViewRequest {
-            view: View::Projection(view.projection()),
+            view: View::Projection(view.into()),
             early_exit: view.enableEarlyExit.get(),
             spectral: lut::spectral_model(value, view)?,
         })

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::geometry::{DetectorPose, Grid, Projection, View};
 use crate::raycast::Ray;
 
-/// All rays of one view. Everything is relative to the grid's centre, in index units.
+/// All rays of one view, in index coordinates.
 #[derive(Debug, Clone, Copy)]
 pub struct Beam {
     grid: Grid,
@@ -17,7 +17,8 @@ pub struct Beam {
 enum Rays {
     /// Segments from the source to pixel centres; `near_pixel` tells which end is the nearer one to the volume.
     Segments { source: DVec3, first_pixel: DVec3, column_step: DVec3, row_step: DVec3, near_pixel: bool },
-    /// Lines where two planes meet; the planes are affine in the pixel's normalised device coordinates.
+    /// Lines where two planes meet; the planes are affine in the pixel's normalised device coordinates, and relative to
+    /// the grid's centre.
     Planes { x: DVec4, y: DVec4, w: DVec4, source: Option<DVec3>, forward: f64, size: [f64; 2] },
 }
 
@@ -36,15 +37,15 @@ impl Beam {
 
     fn segments(pose: &DetectorPose, grid: &Grid, [width, height]: [usize; 2]) -> Result<Rays> {
         pose.validate()?;
-        let relative = |world: DVec3| grid.point_to_index(world) - grid.centre_index();
-        let source = relative(pose.source);
-        let middle = relative(pose.pixel(0.5 * (width as f64 - 1.0), 0.5 * (height as f64 - 1.0)));
+        let source = grid.point_to_index(pose.source);
+        let middle = grid.point_to_index(pose.pixel(0.5 * (width as f64 - 1.0), 0.5 * (height as f64 - 1.0)));
+        let from_centre = |point: DVec3| (point - grid.centre_index()).length_squared();
         Ok(Rays::Segments {
             source,
-            first_pixel: relative(pose.first_pixel),
+            first_pixel: grid.point_to_index(pose.first_pixel),
             column_step: grid.vector_to_index(pose.column_step),
             row_step: grid.vector_to_index(pose.row_step),
-            near_pixel: middle.length_squared() < source.length_squared(),
+            near_pixel: from_centre(middle) < from_centre(source),
         })
     }
 
@@ -66,7 +67,7 @@ impl Beam {
             x,
             y,
             w,
-            source: (!parallel).then(|| grid.point_to_index(projection.source) - grid.centre_index()),
+            source: (!parallel).then(|| grid.point_to_index(projection.source)),
             forward: if along < 0.0 { -1.0 } else { 1.0 },
             size: size.map(|n| n as f64),
         })
@@ -91,7 +92,13 @@ impl Beam {
                 // The point of both planes that is nearest to the volume's centre.
                 let nearest = *forward * (-a.w * n.cross(direction) + b.w * m.cross(direction))
                     / direction.length_squared();
-                Ray::through(centre, nearest, direction, [*source, None], self.grid.length_mm(direction))
+                Ray::through(
+                    centre,
+                    centre + nearest,
+                    direction,
+                    [*source, None],
+                    self.grid.length_mm(direction),
+                )
             }
         }
     }

@@ -35,8 +35,8 @@ pub struct Span {
 }
 
 impl Ray {
-    /// The line through `point` along `direction` (index space), both relative to the volume's centre `centre`.
-    /// `ends` are the points, if any, where the ray starts and stops, also relative to the centre.
+    /// The line through `point` along `direction`, in the index space of a volume with this centre. `ends` are the points,
+    /// if any, where the ray starts and stops.
     pub(crate) fn through(
         centre: DVec3,
         point: DVec3,
@@ -56,10 +56,11 @@ impl Ray {
         let slope = TRANSVERSE[axis].map(|t| direction[t] / along);
         let base = [0, 1].map(|t| {
             let transverse = TRANSVERSE[axis][t];
-            centre[transverse] + (point[transverse] - slope[t] * point[axis])
+            // A slope of 0 leaves the coordinate as it is, to the last bit.
+            point[transverse] + slope[t] * (centre[axis] - point[axis])
         });
         let unbounded = [f64::NEG_INFINITY * along.signum(), f64::INFINITY * along.signum()];
-        let [start, stop] = [0, 1].map(|end| ends[end].map_or(unbounded[end], |p| centre[axis] + p[axis]));
+        let [start, stop] = [0, 1].map(|end| ends[end].map_or(unbounded[end], |p| p[axis]));
         let limits = [start.min(stop), start.max(stop)];
         Self {
             axis,
@@ -111,7 +112,7 @@ mod tests {
     const CENTRE: DVec3 = DVec3::new(1.5, 2.5, 2.0);
 
     fn line(point: DVec3, direction: DVec3) -> Ray {
-        Ray::through(CENTRE, point - CENTRE, direction, [None, None], direction.length())
+        Ray::through(CENTRE, point, direction, [None, None], direction.length())
     }
 
     #[test]

@@ -20,6 +20,7 @@ Examples:
   drr bench --json                                        how long each stage takes
   drr phantom thorax --noise --size 720,720,665 --output thorax.nii
   drr validate                                            the measured error against closed forms
+  drr check                                               the hard cases on this machine, against exact arithmetic
 
 Exit codes: 0 done; 1 a validation failed or memory ran out; 2 an argument or an input is not valid.";
 
@@ -47,4 +48,6 @@ pub(crate) enum Command {
     Phantom(crate::phantom::Arguments),
     /// Measure the errors of rods, a water cylinder and spheres against their closed forms.
     Validate(crate::validate::Arguments),
+    /// Run the hard cases on the engines of this machine, against exact arithmetic.
+    Check(crate::check::Arguments),
 }

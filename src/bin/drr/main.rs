@@ -3,6 +3,7 @@
 
 mod accuracy;
 mod bench;
+mod check;
 mod cli;
 mod console;
 mod ct;
@@ -53,6 +54,7 @@ fn main() -> ExitCode {
         Some(Command::Bench(arguments)) => bench::run(&arguments, console),
         Some(Command::Phantom(arguments)) => phantom::run(&arguments, console),
         Some(Command::Validate(arguments)) => validate::run(&arguments, console),
+        Some(Command::Check(arguments)) => check::run(&arguments, console),
     };
     done.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");

@@ -1,0 +1,167 @@
+//! Runs a case on an engine and compares with the truth.
+
+use drr::engine::{Backend, Images};
+use drr::physics::MAX_MATERIALS;
+use drr::{Algorithm, Context, Error, Projector};
+
+use super::bounds::Bounds;
+use super::case::{Case, Demand, Set};
+use super::row::Deviation;
+use super::truth::{Line, Truth, Values};
+
+/// A verdict: how far off, and what it rests on when that is not the bound alone.
+pub(super) type Verdict = drr::Result<(Deviation, Option<String>)>;
+
+/// A case with the answers of one algorithm, which all engines share.
+pub(super) struct Judge<'a> {
+    case: &'a Case,
+    algorithm: Algorithm,
+    expected: Vec<Expected>,
+}
+
+/// One ray and its values: more than one where rounding decides the driving axis.
+struct Expected {
+    line: Line,
+    values: Vec<Values>,
+}
+
+impl<'a> Judge<'a> {
+    pub(super) fn new(case: &'a Case, algorithm: Algorithm) -> Self {
+        let expected = match &case.demand {
+            Demand::Exact(set) | Demand::InFace(set) => expected(set, of_set(algorithm, set)),
+            Demand::Vacuum(_) | Demand::Same(..) | Demand::Refused(..) => Vec::new(),
+        };
+        Self { case, algorithm, expected }
+    }
+
+    /// Runs the case on the context's engine.
+    pub(super) fn verdict(&self, context: &Context) -> Verdict {
+        match &self.case.demand {
+            Demand::Exact(set) => self.compare(context, set, false),
+            Demand::InFace(set) => self.compare(context, set, true),
+            Demand::Vacuum(set) => Ok((vacuum(set, &self.images(context, set)?), None)),
+            Demand::Same(sets) => {
+                let same = same_bytes(&self.images(context, &sets[0])?, &self.images(context, &sets[1])?);
+                Ok((if same { Deviation::NONE } else { Deviation::DIFFERENT }, None))
+            }
+            Demand::Refused(argument, attempt) => Ok(refused(argument, attempt(context))),
+        }
+    }
+
+    fn images(&self, context: &Context, set: &Set) -> drr::Result<Images<f64>> {
+        let mut scene = set.scene.clone();
+        scene.algorithm = of_set(self.algorithm, set);
+        let projector = Projector::new(context, set.volume.clone(), scene)?;
+        match context.backend() {
+            Backend::Cpu => Ok(projector.project(&set.views, set.layers, &|_| ())?.map(|&x| f64::from(x))),
+            Backend::Reference => {
+                projector.reference(projector.scene().algorithm, &set.views, set.layers, &|_| ())
+            }
+        }
+    }
+
+    fn compare(&self, context: &Context, set: &Set, in_face: bool) -> Verdict {
+        let images = self.images(context, set)?;
+        let [width, height] = set.scene.detector;
+        let mut worst = Deviation::NONE;
+        let mut note = None;
+        for (n, expected) in self.expected.iter().enumerate() {
+            let (view, pixel) = (n / (width * height), n % (width * height));
+            let got = values_at(&images, view, pixel);
+            let bounds = Bounds::new(context.backend(), set, view);
+            let against = |values: &Values| bounds.deviation(set.layers, &got, [values, values]);
+            let mut best = closest(expected.values.iter().map(against));
+            if best.ratio() > 1.0 && in_face {
+                let [low, high] = self.range(set, &expected.line, bounds.shift_mm);
+                best = bounds.deviation(set.layers, &got, [&low, &high]);
+                note = Some("within the range of the ray's neighbours".to_owned());
+            }
+            worst = worst.or_worse(best);
+        }
+        Ok((worst, note))
+    }
+
+    /// The least and the largest value of each layer, over rays moved by at most `shift_mm` along each axis.
+    fn range(&self, set: &Set, line: &Line, shift_mm: f64) -> [Values; 2] {
+        let truth = Truth::new(&set.volume, &set.scene);
+        let matrix = set.volume.grid().index_to_world().matrix3;
+        let shift = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| shift_mm / axis.length());
+        let moves = (0..27).map(|k| [k % 3, k / 3 % 3, k / 9].map(|step| f64::from(step) - 1.0));
+        let around: Vec<_> = moves
+            .map(|step| line.moved([0, 1, 2].map(|axis| step[axis] * shift[axis])))
+            .flat_map(|line| truth.values(&line, of_set(self.algorithm, set)))
+            .collect();
+        [f64::min, f64::max].map(|pick| Values::each(&around, pick))
+    }
+}
+
+/// The march takes the case's step.
+fn of_set(algorithm: Algorithm, set: &Set) -> Algorithm {
+    match algorithm {
+        Algorithm::March { .. } => Algorithm::March { step: set.step },
+        other => other,
+    }
+}
+
+fn expected(set: &Set, algorithm: Algorithm) -> Vec<Expected> {
+    let truth = Truth::new(&set.volume, &set.scene);
+    let [width, height] = set.scene.detector;
+    let rays = set.views.iter().flat_map(|request| {
+        let line = move |pixel| {
+            Line::of(&request.view, set.volume.grid(), set.scene.detector, [pixel % width, pixel / width])
+        };
+        (0..width * height).map(line)
+    });
+    rays.map(|line| Expected { values: truth.values(&line, algorithm), line }).collect()
+}
+
+fn closest(deviations: impl Iterator<Item = Deviation>) -> Deviation {
+    let better = |a: Deviation, b: Deviation| if b.ratio() < a.ratio() { b } else { a };
+    deviations.reduce(better).unwrap_or(Deviation::NONE)
+}
+
+/// What a layer that was not asked for holds is 0.
+fn values_at(images: &Images<f64>, view: usize, pixel: usize) -> Values {
+    let pixels = images.size[0] * images.size[1];
+    let at = |layer: &[f64], plane: usize| layer.get(plane * pixels + pixel).copied().unwrap_or(0.0);
+    let density = |m: usize| {
+        if m < images.materials { at(&images.areal_density, view * images.materials + m) } else { 0.0 }
+    };
+    Values {
+        areal_density: std::array::from_fn::<_, MAX_MATERIALS, _>(density),
+        bone_path: at(&images.bone_path, view),
+        line_integral: at(&images.line_integral, view),
+        intensity: at(&images.intensity, view),
+    }
+}
+
+fn same_bytes(a: &Images<f64>, b: &Images<f64>) -> bool {
+    let bits = |images: &Images<f64>| -> Vec<u64> {
+        let layers = [&images.intensity, &images.line_integral, &images.areal_density, &images.bone_path];
+        layers.into_iter().flatten().map(|x| x.to_bits()).collect()
+    };
+    bits(a) == bits(b)
+}
+
+/// A ray that meets nothing: not a bit more or less than I0.
+fn vacuum(set: &Set, images: &Images<f64>) -> Deviation {
+    let i0 = set.scene.spectrum.total();
+    let rounded = f64::from(i0 as f32);
+    let off = |x: f64| if x == i0 || x == rounded { 0.0 } else { (x - i0).abs() };
+    let deviation = |layer, error: f64| Deviation { layer, error, bound: 0.0 };
+    let largest = |values: &[f64]| values.iter().copied().map(f64::abs).fold(0.0, f64::max);
+    deviation("intensity", images.intensity.iter().copied().map(off).fold(0.0, f64::max))
+        .or_worse(deviation("line integral", largest(&images.line_integral)))
+        .or_worse(deviation("areal density", largest(&images.areal_density)))
+        .or_worse(deviation("bone path", largest(&images.bone_path)))
+}
+
+fn refused(argument: &str, attempt: drr::Result<()>) -> (Deviation, Option<String>) {
+    match attempt {
+        Err(error @ Error::InvalidArgument { .. }) if error.to_string().contains(argument) => {
+            (Deviation { layer: "refusal", ..Deviation::NONE }, None)
+        }
+        Err(error) => (Deviation::NOT_SEEN, Some(format!("names another argument: {error}"))),
+        Ok(()) => (Deviation::NOT_SEEN, Some("was accepted".to_owned())),
+    }
+}

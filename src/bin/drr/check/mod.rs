@@ -1,0 +1,144 @@
+//! `drr check`: the hard cases, on the engines of this machine, against exact arithmetic.
+
+mod bounds;
+mod case;
+mod families;
+mod judge;
+mod row;
+mod truth;
+mod volumes;
+
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+use clap::Args;
+use drr::engine::Backend;
+use drr::{Algorithm, Context};
+use rayon::prelude::*;
+use serde_json::json;
+
+use crate::console::Console;
+use crate::method::engine_name;
+use case::{Case, Demand};
+use families::TITLES;
+use judge::Judge;
+use row::{Deviation, HEADING, Row};
+
+/// The engines of this machine.
+const ENGINES: [Backend; 2] = [Backend::Cpu, Backend::Reference];
+/// Each case has its own step for the march.
+const ALGORITHMS: [Algorithm; 4] =
+    [Algorithm::Joseph, Algorithm::March { step: 0.5 }, Algorithm::Siddon, Algorithm::Exact];
+
+#[derive(Debug, Args)]
+#[command(after_help = "\
+Every case is a small volume and a few rays, by pose (segments) and by uniforms in float32 (half-lines), and every layer
+of every pixel counts. What is right is computed here, in exact rational arithmetic; a row shows the layer that uses most
+of its bound. S is the exact integral, V the largest density, X half the volume's diagonal, D the largest coordinate:
+
+  float32 engines   areal density, bone path  1e-6 S + 8 2^-24 X V      line integral  2e-6 p + 1e-6
+  float64 engine    areal density, bone path  1e-13 S + 8 2^-53 D V     line integral  1e-13 p + 1e-14 + that of S
+
+Where a ray lies in a face, the value of any ray moved by less than 8 2^-24 X (8 2^-53 D) is right. A row with a bound of
+0 compares bytes, or is about an input that must be refused. Exit code 1 when a row fails.")]
+pub(crate) struct Arguments {
+    /// Only the families with these numbers, 1 to 28
+    #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=28))]
+    family: Vec<u8>,
+    /// Only the cases with this text in their names
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+    /// Threads; 0 is one per core
+    #[arg(long, value_name = "N", default_value = "0")]
+    threads: usize,
+}
+
+impl Arguments {
+    fn wants(&self, case: &Case) -> bool {
+        let family = self.family.is_empty() || self.family.iter().any(|&n| usize::from(n) == case.family);
+        family && self.only.as_ref().is_none_or(|text| case.name.contains(text))
+    }
+}
+
+/// `drr check`.
+pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
+    let console = console.without_text(arguments.json);
+    let contexts = ENGINES.into_iter().map(|engine| Context::new(engine, arguments.threads));
+    let contexts = contexts.collect::<drr::Result<Vec<_>>>()?;
+    let cases: Vec<_> = families::all().into_iter().filter(|case| arguments.wants(case)).collect();
+    if cases.is_empty() {
+        bail!("no case has this family and this text in its name; valid: see `drr check` without arguments");
+    }
+    let bar = console.bar("checking", cases.len());
+    let of_case = |case: &Case| {
+        let rows = rows(case, &contexts);
+        bar.inc(1);
+        rows
+    };
+    let rows: Vec<Row> = contexts[0].install(|| cases.par_iter().flat_map_iter(of_case).collect());
+    bar.finish_and_clear();
+
+    let holds = rows.iter().all(|row| row.holds);
+    if arguments.json {
+        Console::answer(json!({
+            "holds": holds, "version": drr::VERSION, "cases": cases.len(), "families": TITLES, "rows": rows,
+        }));
+    } else {
+        console.say(HEADING);
+        for row in &rows {
+            console.say(row);
+        }
+        console.say(summary(cases.len(), &rows));
+    }
+    Ok(if holds { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// One row for every algorithm and engine.
+fn rows(case: &Case, contexts: &[Context]) -> Vec<Row> {
+    // A refusal does not get as far as an algorithm.
+    let algorithms = if matches!(case.demand, Demand::Refused(..)) { &ALGORITHMS[..1] } else { &ALGORITHMS };
+    let mut rows = Vec::new();
+    for &algorithm in algorithms {
+        let judge = Judge::new(case, algorithm);
+        for context in contexts {
+            let (worst, note) = match judge.verdict(context) {
+                Ok(verdict) => verdict,
+                Err(drr::Error::Unsupported(_)) => continue,
+                Err(error) => (Deviation::NOT_SEEN, Some(error.to_string())),
+            };
+            rows.push(Row {
+                family: case.family,
+                case: case.name.clone(),
+                algorithm: if algorithms.len() == 1 { "any" } else { algorithm.name() },
+                engine: engine_name(context.backend()),
+                holds: worst.ratio() <= 1.0,
+                worst,
+                note,
+            });
+        }
+    }
+    rows
+}
+
+fn summary(cases: usize, rows: &[Row]) -> String {
+    let failed = rows.iter().filter(|row| !row.holds).count();
+    if failed > 0 {
+        return format!("{failed} of {} rows fail", rows.len());
+    }
+    let used = |engine: &str| {
+        let of_engine = rows.iter().filter(|row| row.engine == engine);
+        of_engine.map(|row| row.worst.ratio()).fold(0.0, f64::max)
+    };
+    let engines = ENGINES.map(|engine| {
+        let name = engine_name(engine);
+        format!("{name} {:.2}", used(name))
+    });
+    format!(
+        "{cases} cases, {} rows: all hold. Most of a bound that was used: {}",
+        rows.len(),
+        engines.join(", ")
+    )
+}
