@@ -37,15 +37,15 @@ fn in_faces() -> Vec<Case> {
             let set = axial(mixed(unit_grid(SMALL)), axis, at(place), sign);
             cases.push(Case { family: 3, name, demand: demand(set) });
         };
-        case("between voxels".into(), 1.5, 1.0, Demand::InFace);
-        case("backwards".into(), 1.5, -1.0, Demand::InFace);
-        // Continuous from both sides: the bound is far smaller than the step between the neighbours.
+        case("between voxels".into(), 1.5, 1.0, Demand::Exact);
+        case("backwards".into(), 1.5, -1.0, Demand::Exact);
+        // Nearer to the face than float32 can tell.
         for off in [1e-3, 1e-9, 1e-12] {
             case(format!("{off:.0e} above"), 1.5 + off, 1.0, Demand::InFace);
             case(format!("{off:.0e} below"), 1.5 - off, 1.0, Demand::InFace);
         }
-        case("lower face of the box".into(), -0.5, 1.0, Demand::InFace);
-        case("upper face of the box".into(), high, 1.0, Demand::InFace);
+        case("lower face of the box".into(), -0.5, 1.0, Demand::Exact);
+        case("upper face of the box".into(), high, 1.0, Demand::Exact);
     }
     cases
 }
@@ -64,7 +64,7 @@ fn along_edges() -> Vec<Case> {
         ] {
             let name = format!("along an edge, {}, {how}", ["x", "y", "z"][axis]);
             let set = axial(mixed(unit_grid(SMALL)), axis, at, 1.0);
-            cases.push(Case { family: 4, name, demand: Demand::InFace(set) });
+            cases.push(Case { family: 4, name, demand: Demand::Exact(set) });
         }
     }
     cases
@@ -83,7 +83,7 @@ fn through_corners() -> Vec<Case> {
             for (what, volume) in [("water", water(grid)), ("noise", grey(grid))] {
                 let name = format!("corners of {n}^3 {what} along {direction:?}");
                 let set = Set::ray(volume, corner - along, corner + along);
-                cases.push(Case { family: 5, name, demand: Demand::InFace(set) });
+                cases.push(Case { family: 5, name, demand: Demand::Exact(set) });
             }
         }
     }
