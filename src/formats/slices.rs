@@ -84,7 +84,9 @@ mod tests {
         let bytes: Vec<u8> = (0..2 * (5 * FIRST_BYTES / 2)).map(|i| (i % 251) as u8).collect();
         let mut slices = stream(bytes.clone(), bytes.len() / 2, 2);
         for (k, expected) in bytes.chunks(bytes.len() / 2).enumerate() {
-            assert!(slices.next_slice().unwrap().is_some_and(|(index, slice)| index == k && slice == expected));
+            assert!(
+                slices.next_slice().unwrap().is_some_and(|(index, slice)| index == k && slice == expected)
+            );
         }
         assert_eq!(slices.next_slice().unwrap(), None);
     }
