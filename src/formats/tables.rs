@@ -186,8 +186,10 @@ mod tests {
             let message = read_spectrum(file(text).path()).unwrap_err().to_string();
             assert!(message.contains(word), "{word}: {message}");
         }
-        let long: String = (1..6000).map(|kev| format!("{kev},1\n")).collect();
-        let long = read_spectrum(file(&format!("energy_keV,weight\n{long}")).path()).unwrap_err().to_string();
+        let long: Vec<String> = (1..6000).map(|kev| format!("{kev},1")).collect();
+        let long = read_spectrum(file(&format!("energy_keV,weight\n{}", long.join("\n"))).path())
+            .unwrap_err()
+            .to_string();
         assert!(long.contains("line 4098: more than 4096 energies"), "{long}");
         let repeated = read_materials(file("energy_keV,a,b,a\n1,1,1,1\n").path()).unwrap_err().to_string();
         assert!(repeated.contains("column 4 repeats the name a"), "{repeated}");
