@@ -213,8 +213,8 @@ typedef struct DrrVolumeDescriptor {
     /// (k x dimensions[1] + j) x dimensions[0] + i. Default 0, which is refused.
     size_t dimensions[3];
     /// Voxel index to world, mm, column-major: the centre of voxel (i, j, k) is at index_to_world x (i, j, k, 1),
-    /// so entries 12 to 14 are the CENTRE of voxel (0, 0, 0). Any invertible map: shear, mirroring and anisotropy
-    /// are allowed; the last row (entries 3, 7, 11, 15) must be 0, 0, 0, 1. Default identity.
+    /// so entries 12 to 14 are the CENTRE of voxel (0, 0, 0). Any invertible map with entries up to 1e10 and
+    /// columns of at least 1e-9 mm: shear, mirroring and anisotropy are allowed; the last row (entries 3, 7, 11, 15) must be 0, 0, 0, 1. Default identity.
     double index_to_world[16];
     /// CT number to density. Default DRR_CALIBRATION_WATER_ANCHORED.
     DrrCalibration calibration;

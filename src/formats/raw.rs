@@ -8,7 +8,7 @@ use glam::DVec3;
 
 use crate::error::Result;
 use crate::formats::replacement::Replacement;
-use crate::formats::slices::{SliceStream, zeroed};
+use crate::formats::slices::{SliceStream, grow};
 use crate::formats::{CtHeader, CtReader, LabelReader, Slice, VoxelKind, file_error};
 use crate::geometry::Grid;
 
@@ -46,9 +46,10 @@ impl CtReader for RawCt {
 
     fn read(&mut self, consume: &mut dyn FnMut(usize, Slice<'_>) -> Result<()>) -> Result<()> {
         let [n0, n1, _] = self.header.grid.dimensions();
-        let mut voxels: Vec<i16> = zeroed("a slice of voxels", n0 * n1)?;
+        let mut voxels: Vec<i16> = Vec::new();
         let mut slices = open_slices(&self.path, &self.header.grid, size_of::<i16>())?;
         while let Some((k, bytes)) = slices.next_slice()? {
+            grow("a slice of voxels", &mut voxels, n0 * n1)?;
             for (voxel, &bytes) in voxels.iter_mut().zip(bytes.as_chunks().0) {
                 *voxel = i16::from_le_bytes(bytes);
             }
@@ -121,7 +122,7 @@ fn check_size(path: &Path, grid: &Grid, voxel_bytes: usize) -> Result<()> {
 fn open_slices(path: &Path, grid: &Grid, voxel_bytes: usize) -> Result<SliceStream> {
     let file = File::open(path).map_err(|e| file_error(path, e))?;
     let [n0, n1, n2] = grid.dimensions();
-    SliceStream::new(path, Box::new(BufReader::new(file)), n0 * n1 * voxel_bytes, n2)
+    Ok(SliceStream::new(path, Box::new(BufReader::new(file)), n0 * n1 * voxel_bytes, n2))
 }
 
 #[cfg(test)]
@@ -163,6 +164,15 @@ mod tests {
         let grid = Grid::axis_aligned(LAYOUT.dimensions, LAYOUT.spacing, LAYOUT.origin).unwrap();
         let message = open_labels(file.path(), &grid).err().unwrap().to_string();
         assert!(message.contains("25 bytes") && message.contains("12 bytes"), "{message}");
+    }
+
+    #[test]
+    fn a_claimed_size_is_checked_before_memory_is_taken() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), [0; 24]).unwrap();
+        let layout = RawLayout { dimensions: [1 << 15, 1 << 15, 4], ..LAYOUT };
+        let message = open_ct(file.path(), Some(layout)).err().unwrap().to_string();
+        assert!(message.contains("24 bytes") && message.contains("8589934592 bytes"), "{message}");
     }
 
     #[test]

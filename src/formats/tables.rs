@@ -6,7 +6,7 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 
 use crate::error::Result;
 use crate::formats::{Checked, file_error};
-use crate::physics::EnergyGrid;
+use crate::physics::{EnergyGrid, MAX_ENERGIES};
 
 /// How far an energy may be from its place, in steps.
 const STEP_TOLERANCE: f64 = 1e-6;
@@ -61,6 +61,9 @@ fn parse(path: &Path, only_column: Option<&str>) -> Checked<Table> {
     for record in reader.records() {
         let record = record.map_err(|e| e.to_string())?;
         let line = line(&record);
+        if energies.len() == MAX_ENERGIES {
+            return Err(format!("line {line}: more than {MAX_ENERGIES} energies; valid: 1 … {MAX_ENERGIES}"));
+        }
         energies.push((number(&record[0], ENERGY, line)?, line));
         for (column, text) in columns.iter_mut().zip(record.iter().skip(1)) {
             column.values.push(number(text, &column.name, line)?);
@@ -183,6 +186,11 @@ mod tests {
             let message = read_spectrum(file(text).path()).unwrap_err().to_string();
             assert!(message.contains(word), "{word}: {message}");
         }
+        let long: Vec<String> = (1..6000).map(|kev| format!("{kev},1")).collect();
+        let long = read_spectrum(file(&format!("energy_keV,weight\n{}", long.join("\n"))).path())
+            .unwrap_err()
+            .to_string();
+        assert!(long.contains("line 4098: more than 4096 energies"), "{long}");
         let repeated = read_materials(file("energy_keV,a,b,a\n1,1,1,1\n").path()).unwrap_err().to_string();
         assert!(repeated.contains("column 4 repeats the name a"), "{repeated}");
     }

@@ -10,6 +10,8 @@ pub(crate) const MAX_DIMENSION: usize = 1 << 15;
 pub(crate) const MAX_VOXELS: usize = 1 << 32;
 /// Largest coordinate of anything in the world, mm: float64 still resolves 2e-6 mm there.
 pub(crate) const MAX_COORDINATE: f64 = 1e10;
+/// Smallest distance of neighbouring voxel centres, mm: squares and products of lengths stay far from underflow.
+const MIN_SPACING: f64 = 1e-9;
 /// Smallest |det| of index→world, relative to the product of its column norms.
 const MIN_RELATIVE_DETERMINANT: f64 = 1e-6;
 
@@ -28,8 +30,9 @@ impl Grid {
     /// A grid with any invertible index→world map.
     ///
     /// # Errors
-    /// `InvalidArgument` when a dimension is 0 or too large, an entry is not finite, or the map is singular:
-    /// |det| is compared with the product of the column norms, so that units do not matter.
+    /// `InvalidArgument` when a dimension is 0 or too large, an entry is not finite or above 1e10, a column is shorter
+    /// than 1e-9 mm, or the map is singular: |det| is compared with the product of the column norms, so that units do
+    /// not matter.
     pub fn new(dimensions: [usize; 3], index_to_world: DAffine3) -> Result<Self> {
         for (axis, &n) in dimensions.iter().enumerate() {
             if n == 0 || n > MAX_DIMENSION {
@@ -51,8 +54,15 @@ impl Grid {
                 ));
             }
         }
-        let norms = matrix.x_axis.length() * matrix.y_axis.length() * matrix.z_axis.length();
-        let relative = matrix.determinant().abs() / norms;
+        let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
+        let norms = columns.map(DVec3::length);
+        // Not by the norm whether a column is zero: that of 1e-200 underflows.
+        let short = |axis: &usize| norms[*axis] < MIN_SPACING && columns[*axis] != DVec3::ZERO;
+        if let Some(axis) = (0..3).find(short) {
+            let argument = format!("index_to_world column {axis}, length");
+            return Err(Error::invalid(argument, norms[axis], format!("at least {MIN_SPACING:e} mm")));
+        }
+        let relative = matrix.determinant().abs() / norms.iter().product::<f64>();
         // The negation also refuses NaN, which 0/0 gives for a zero column.
         if !(relative >= MIN_RELATIVE_DETERMINANT) || !matrix.inverse().is_finite() {
             let valid =
@@ -117,5 +127,25 @@ impl Grid {
     pub fn smallest_spacing(&self) -> f64 {
         let m = self.index_to_world.matrix3;
         m.x_axis.length().min(m.y_axis.length()).min(m.z_axis.length())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn voxels_from_picometres_to_the_largest_coordinate_have_an_inverse() {
+        for spacing in [MIN_SPACING, 1.0, MAX_COORDINATE] {
+            let columns = DVec3::new(MIN_SPACING, spacing, -MAX_COORDINATE);
+            let grid = Grid::axis_aligned([2, 2, 2], columns, DVec3::ZERO).expect("valid");
+            assert!((grid.vector_to_index(columns) - DVec3::ONE).length() < 1e-15, "{columns}");
+        }
+        // Denormal voxels have no inverse; a little larger ones lose their rays to underflow.
+        for spacing in [0.0, 5e-324, 1e-310, 1e-300, 1e-160, 1e-100, 0.9 * MIN_SPACING] {
+            let error = Grid::axis_aligned([2, 2, 2], DVec3::new(1.0, -spacing, 1.0), DVec3::ZERO);
+            let message = error.expect_err("too small").to_string();
+            assert!(message.starts_with("index_to_world"), "{spacing}: {message}");
+        }
     }
 }

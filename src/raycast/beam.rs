@@ -6,6 +6,9 @@ use crate::error::{Error, Result};
 use crate::geometry::{DetectorPose, Grid, Projection, View};
 use crate::raycast::Ray;
 
+/// Smallest sine of the angle between the two planes of a ray in index space: below it float64 has lost the ray.
+const MIN_SINE: f64 = 1e-12;
+
 /// All rays of one view, in index coordinates.
 #[derive(Debug, Clone, Copy)]
 pub struct Beam {
@@ -63,6 +66,17 @@ impl Beam {
         // w·direction is the same for all pixels: n3·(n0×n1). Rays run towards growing w.
         let along = w.truncate().dot(x.truncate().cross(y.truncate()));
         let parallel = projection.is_parallel();
+        for clip in [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]] {
+            let [m, n] = [x - clip[0] * w, y - clip[1] * w].map(DVec4::truncate);
+            if !(m.cross(n).length() > MIN_SINE * m.length() * n.length()) {
+                let valid = "x, y and w rows whose sizes float64 can compare";
+                return Err(Error::invalid(
+                    "modelViewProjectionMatrix",
+                    "singular at the detector's corner",
+                    valid,
+                ));
+            }
+        }
         Ok(Rays::Planes {
             x,
             y,
@@ -233,6 +247,23 @@ mod tests {
             assert_eq!((ray.axis, ray.slope), (2, [0.0, 0.0]));
             assert!((ray.base[0] - f64::from(i)).abs() < 1e-12 && ray.base[1].abs() < 1e-12, "{ray:?}");
             assert_eq!(ray.clip([10, 10, 10]).map(|s| s.leave - s.enter), Some(10.0));
+        }
+    }
+
+    #[test]
+    fn rows_too_different_to_tell_rays_apart_are_refused() {
+        let grid = Grid::centred([10, 10, 10], DVec3::ONE).expect("valid");
+        // All pixels within an angle of `scale`, in float64's last digits or beyond them.
+        for (scale, fits) in [(1.0, true), (1e9, true), (1e14, false), (1e30, false), (1e60, false)] {
+            let source = DVec3::new(0.0, 0.0, -100.0);
+            let matrix = DMat4::from_cols(
+                DVec4::new(1.0, 0.0, 0.0, 0.0),
+                DVec4::new(0.0, 1.0, 0.0, 0.0),
+                DVec4::new(0.0, 0.0, 0.0, scale),
+                DVec4::new(0.0, 0.0, 0.0, 100.0 * scale),
+            );
+            let beam = Beam::new(&View::Projection(Projection { matrix, source }), &grid, [8, 8]);
+            assert_eq!(beam.is_ok(), fits, "{scale}: {beam:?}");
         }
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::volume::Volume;
 use crate::error::Result;
-use crate::formats::slices::zeroed;
+use crate::formats::slices::grow;
 use crate::formats::{CtHeader, CtReader, Slice, VoxelKind, file_error};
 
 /// A CT in NIfTI-1, compressed or not: any integer or float type, either byte order.
@@ -32,9 +32,10 @@ impl NiftiCt {
 
     fn read_int16(&self, consume: &mut dyn FnMut(usize, Slice<'_>) -> Result<()>) -> Result<()> {
         let [n0, n1, _] = self.header.grid.dimensions();
-        let mut voxels: Vec<i16> = zeroed("a slice of voxels", n0 * n1)?;
+        let mut voxels: Vec<i16> = Vec::new();
         let mut slices = self.volume.slices()?;
         while let Some((k, bytes)) = slices.next_slice()? {
+            grow("a slice of voxels", &mut voxels, n0 * n1)?;
             let mut places = voxels.iter_mut();
             // Exact: `voxel_kind` has established that every value fits.
             self.volume.decode(bytes, |value| {
@@ -49,11 +50,12 @@ impl NiftiCt {
 
     fn read_float32(&self, consume: &mut dyn FnMut(usize, Slice<'_>) -> Result<()>) -> Result<()> {
         let [n0, n1, _] = self.header.grid.dimensions();
-        let mut voxels: Vec<f32> = zeroed("a slice of voxels", n0 * n1)?;
+        let mut voxels: Vec<f32> = Vec::new();
         let mut not_finite = 0_usize;
         let mut first = [0; 3];
         let mut slices = self.volume.slices()?;
         while let Some((k, bytes)) = slices.next_slice()? {
+            grow("a slice of voxels", &mut voxels, n0 * n1)?;
             let mut places = voxels.iter_mut();
             self.volume.decode(bytes, |value| {
                 if let Some(place) = places.next() {
@@ -248,6 +250,19 @@ mod tests {
                 assert!(message.contains("truncated") || message.contains("voxels in all"), "{message}");
             }
         }
+    }
+
+    #[test]
+    fn a_file_that_expands_without_end_is_not_read_to_its_end() {
+        let mut file = TestFile::new(false, [2, 1, 1], 4);
+        file.voxels([[3, 0], [4, 0]]).bytes.resize(1 << 26, 0);
+        let mut bytes = file.gzip();
+        assert!(bytes.len() < 1 << 19);
+        // Damage beyond what is allowed to follow the voxels would be found if it were reached.
+        let middle = bytes.len() / 2;
+        bytes[middle..].fill(0xff);
+        let message = read(&bytes).unwrap_err().to_string();
+        assert!(message.contains("after its last voxel"), "{message}");
     }
 
     #[test]

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::volume::Volume;
 use crate::error::Result;
-use crate::formats::slices::zeroed;
+use crate::formats::slices::grow;
 use crate::formats::{Checked, LabelReader, file_error};
 use crate::geometry::Grid;
 
@@ -40,9 +40,10 @@ impl LabelReader for NiftiLabels {
 
     fn read(&mut self, consume: &mut dyn FnMut(usize, &[u8]) -> Result<()>) -> Result<()> {
         let [n0, n1, _] = self.grid().dimensions();
-        let mut labels: Vec<u8> = zeroed("a slice of labels", n0 * n1)?;
+        let mut labels: Vec<u8> = Vec::new();
         let mut slices = self.volume.slices()?;
         while let Some((k, bytes)) = slices.next_slice()? {
+            grow("a slice of labels", &mut labels, n0 * n1)?;
             let mut wrong = None;
             let mut index = 0;
             self.volume.decode(bytes, |value| {

@@ -71,7 +71,7 @@ impl Volume {
         let (mut stream, _) = open(&self.path, self.source).map_err(fail)?;
         io::copy(&mut stream.by_ref().take(self.header.offset), &mut io::sink()).map_err(fail)?;
         let count = self.header.grid.dimensions()[2];
-        SliceStream::new(&self.path, stream, self.header.slice_bytes(), count)
+        Ok(SliceStream::new(&self.path, stream, self.header.slice_bytes(), count))
     }
 
     /// Decodes and scales the voxels of a slice.
