@@ -13,6 +13,17 @@ use proptest::prelude::*;
 use crate::pose::{aim, index_to_world};
 use crate::support::{ALL, noise, quiet};
 
+/// Every algorithm, the march at several steps.
+pub(crate) const ANY: &[Algorithm] = &[
+    Algorithm::Joseph,
+    Algorithm::March { step: 1.0 },
+    Algorithm::March { step: 0.5 },
+    Algorithm::March { step: 0.37 },
+    Algorithm::March { step: 2.7 },
+    Algorithm::Siddon,
+    Algorithm::Exact,
+];
+
 /// Labels 0 … 7.
 const MATERIALS: [&str; 8] =
     ["air", "lung", "soft_tissue", "bone_cortical", "adipose", "muscle", "blood", "titanium"];

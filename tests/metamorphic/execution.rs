@@ -1,6 +1,5 @@
 //! What one call computes is what several calls compute, on any number of threads.
 
-use drr::Algorithm::{self, Exact, Joseph, March, Siddon};
 use drr::engine::{Backend, Images, Layers};
 use drr::geometry::DetectorPose;
 use drr::{Context, ViewRequest};
@@ -9,13 +8,11 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
-use crate::case::{Case, calibration, cases, run, sized_cases};
+use crate::case::{ANY, Case, calibration, cases, run, sized_cases};
 use crate::pose::{Aim, aim};
 use crate::scenes;
 use crate::support::ALL;
 use crate::tolerance::{Tolerance, identical};
-
-const ANY: &[Algorithm] = &[Joseph, March { step: 0.5 }, March { step: 0.37 }, Siddon, Exact];
 
 /// Of views of the same size, the one with number `view`.
 fn view(images: &Images<f64>, view: usize) -> Images<f64> {

@@ -101,6 +101,16 @@ fn largest_coordinate(case: &Case) -> f64 {
     points.map(|p| p.abs().max_element()).fold(0.0, f64::max)
 }
 
+/// The layers that are linear in the volume, added.
+pub(crate) fn sum(a: &Images<f64>, b: &Images<f64>) -> Images<f64> {
+    let add = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
+    Images {
+        areal_density: add(&a.areal_density, &b.areal_density),
+        bone_path: add(&a.bone_path, &b.bone_path),
+        ..a.clone()
+    }
+}
+
 /// Every bit of every layer.
 pub(crate) fn identical(got: &Images<f64>, expected: &Images<f64>) -> Result<(), TestCaseError> {
     let bits = |images: &Images<f64>| {

@@ -3,37 +3,17 @@
 use std::ops::Range;
 
 use drr::Algorithm::{self, Exact, Joseph, March, Siddon};
-use drr::engine::Images;
 use glam::{DAffine3, DMat3, DVec3};
 use proptest::prelude::*;
 
-use crate::case::{Case, calibration, cases};
+use crate::case::{ANY, Case, calibration, cases};
 use crate::scenes;
 use crate::support::ALL;
-use crate::tolerance::{Tolerance, identical};
-
-const ANY: &[Algorithm] = &[
-    Joseph,
-    March { step: 1.0 },
-    March { step: 0.5 },
-    March { step: 0.37 },
-    March { step: 2.7 },
-    Siddon,
-    Exact,
-];
+use crate::tolerance::{Tolerance, identical, sum};
 
 /// Whose samples stay where they are when slices are counted from another voxel or from the other end.
 const WHOLE_SLICES: &[Algorithm] =
     &[Joseph, March { step: 1.0 }, March { step: 0.5 }, March { step: 0.25 }, Siddon, Exact];
-
-fn sum(a: &Images<f64>, b: &Images<f64>) -> Images<f64> {
-    let add = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
-    Images {
-        areal_density: add(&a.areal_density, &b.areal_density),
-        bone_path: add(&a.bone_path, &b.bone_path),
-        ..a.clone()
-    }
-}
 
 /// The voxels with indices in `range` along `axis`.
 fn part(case: &Case, axis: usize, range: Range<usize>) -> Case {
