@@ -271,29 +271,6 @@ fn the_same_bytes_for_any_threads_batches_and_layers() {
 }
 
 #[test]
-fn early_exit_loses_at_most_its_bound_and_no_other_layer() {
-    let grid = Grid::centred([200, 60, 40], DVec3::splat(5.0)).expect("valid");
-    let hu = vec![3000; grid.voxel_count()];
-    let volume = Arc::new(Volume::from_int16(grid, &hu, None, &classification()).expect("valid"));
-    let size = [40, 30];
-    let pose = DetectorPose::c_arm(grid.centre(), 90.0, 2000.0, 3000.0, 8.0, size);
-    let scene = Scene::new(size).expect("valid");
-    let i0 = scene.spectrum.total();
-    let projector = projector(Backend::Cpu, &volume, scene);
-    let view = |early_exit| [ViewRequest { early_exit, ..View::Pose(pose).into() }];
-    let layers = Layers { intensity: true, bone_path: true, ..Layers::default() };
-    let stopped = projector.project(&view(true), layers, &quiet).expect("projects");
-    let full = projector.project(&view(false), layers, &quiet).expect("projects");
-    assert_ne!(stopped.intensity, full.intensity, "no ray was opaque enough for this test to mean anything");
-    for (a, b) in stopped.intensity.iter().zip(&full.intensity) {
-        assert!(f64::from((a - b).abs()) <= (-15.0_f64).exp() * i0, "{a} {b}");
-    }
-    assert_eq!(stopped.bone_path, full.bone_path);
-    let complete = |early_exit| projector.project(&view(early_exit), ALL, &quiet).expect("projects");
-    assert_eq!(complete(true), complete(false), "areal densities were asked for");
-}
-
-#[test]
 fn bone_path_is_length_by_label_whatever_the_density() {
     let grid = Grid::centred([20, 30, 20], DVec3::new(1.0, 2.0, 1.0)).expect("valid");
     let labels: Vec<u8> =
