@@ -14,6 +14,7 @@ typedef struct {
     DrrProjector *projector;
 } Handles;
 
+static const int16_t *voxels;
 static float expected[PIXELS];
 static atomic_int projecting;
 
@@ -24,7 +25,7 @@ static int make(uint32_t threads, Handles *made) {
     drr_context_options_init(&options);
     options.thread_count = threads;
     OK(drr_context_create(&options, &made->context));
-    OK(drr_volume_create(made->context, &descriptor, water_ball(), NULL, &made->volume));
+    OK(drr_volume_create(made->context, &descriptor, voxels, NULL, &made->volume));
     OK(drr_projector_create(made->volume, &scene, &made->projector));
     return 0;
 }
@@ -77,6 +78,7 @@ static void *run_making(void *unused) {
 
 int main(void) {
     Handles alone = {NULL, NULL, NULL}, shared = {NULL, NULL, NULL};
+    voxels = water_ball(); /* which writes them anew each time */
     if (make(1, &alone) || project(alone.projector, expected) || make(4, &shared)) return 1;
     OK(drr_projector_destroy(alone.projector));
     OK(drr_volume_destroy(alone.volume));
