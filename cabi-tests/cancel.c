@@ -94,7 +94,7 @@ int main(void) {
     options.thread_count = 4;
     const DrrVolumeDescriptor descriptor = water_descriptor();
     DrrScene scene = water_scene();
-    scene.supersampling = 4;
+    scene.supersampling = 3;
     OK(drr_context_create(&options, &context));
     OK(drr_volume_create(context, &descriptor, water_ball(), NULL, &volume));
     OK(drr_projector_create(volume, &scene, &projector));
