@@ -125,8 +125,13 @@ typedef uint32_t DrrStatus;
 /// An allocation was refused.
 #define DRR_STATUS_OUT_OF_MEMORY 3
 
-/// A defect of the library. The process can go on; please report the message.
+/// A defect of the library. The process can go on; please report the message. The handles that the call was given are
+/// poisoned: later calls with them fail in the same way, except drr_projector_describe and the handle's own _destroy.
+/// What was made from them before is not affected.
 #define DRR_STATUS_INTERNAL 4
+
+/// The caller's DrrProgress function answered false.
+#define DRR_STATUS_CANCELLED 5
 
 /// The name of a status, such as "DRR_STATUS_OK", or "unknown status". A static string; never NULL. Any thread.
 const char *drr_status_name(DrrStatus status);
@@ -385,6 +390,17 @@ DrrStatus drr_pose_c_arm(const double *centre,
 /// Most views of one call.
 #define DRR_MAX_VIEWS 65536
 
+/// Hears, while a call runs, the fraction of its rays that is done, 0 to 1, and answers whether to go on. `user_data`
+/// is the caller's own.
+///
+/// Called after every few hundred rays of a thread: from the library's threads or the calling one, one call at a time,
+/// with fractions that grow and end, unless the call fails, at 1. It should be quick, because the thread that is in it
+/// projects nothing. It must not throw a C++ exception, not jump out with longjmp, and not call this library.
+///
+/// Once it has answered false it is not called again, each thread finishes the at most 1024 rays that it is at, and the
+/// call fails with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
+typedef bool (*DrrProgress)(void *user_data, double fraction);
+
 /// Where a projection's float32 images go; NULL for what is not wanted, which then costs nothing. Fill it with
 /// drr_outputs_init, then set at least one.
 ///
@@ -402,6 +418,10 @@ typedef struct DrrOutputs {
     float *areal_density;
     /// Length through voxels of bone, mm. Only with DRR_EFFECT_BONE_PATH.
     float *bone_path_mm;
+    /// Hears how far the call is, and may cancel it; NULL for silence. Default NULL.
+    DrrProgress progress;
+    /// Handed to `progress`, and otherwise left alone. Default NULL.
+    void *progress_data;
 } DrrOutputs;
 
 /// Where a reference projection's float64 images go. As DrrOutputs.
@@ -416,6 +436,10 @@ typedef struct DrrReferenceOutputs {
     double *areal_density;
     /// As DrrOutputs.
     double *bone_path_mm;
+    /// As DrrOutputs.
+    DrrProgress progress;
+    /// As DrrOutputs.
+    void *progress_data;
 } DrrReferenceOutputs;
 
 /// Fills `*outputs` with NULL and its size. Fails for NULL. Any thread.
@@ -443,7 +467,7 @@ DrrStatus drr_projector_create(const DrrVolume *volume,
 DrrStatus drr_projector_destroy(struct DrrProjector *projector);
 
 /// The plan in JSON: what runs and why, what it costs, its error, and what was left out. NULL, with a message, when
-/// the handle is refused.
+/// the handle is refused. A poisoned projector still has its plan: the report of a defect may need it.
 ///
 /// The string belongs to the projector and lives as long. Any thread.
 const char *drr_projector_describe(const struct DrrProjector *projector);
@@ -458,8 +482,9 @@ const char *drr_projector_describe(const struct DrrProjector *projector);
 /// would change too, rays are not stopped.
 ///
 /// Everything is computed before anything is written: on failure the outputs are as before. Fails with
-/// DRR_STATUS_INVALID_ARGUMENT or DRR_STATUS_OUT_OF_MEMORY. Any thread, also with one projector from many at once,
-/// each with outputs of its own. The same call gives the same bytes for any number of threads.
+/// DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, or DRR_STATUS_CANCELLED when outputs->progress answers
+/// false. Any thread, also with one projector from many at once, each with outputs of its own. The same call gives the
+/// same bytes for any number of threads.
 DrrStatus drr_projector_project(const struct DrrProjector *projector,
                                 const ProjectionUniforms *views,
                                 size_t view_count,

@@ -17,12 +17,23 @@ pub enum Error {
     #[error("{0}")]
     Unsupported(String),
     /// An allocation was refused.
-    #[error("out of memory: {what} needs {bytes} bytes")]
+    #[error("out of memory: {bytes} bytes for {what}")]
     OutOfMemory {
         /// What was to be allocated.
         what: String,
         /// Its size.
         bytes: usize,
+    },
+    /// A progress report was answered with the wish to stop. Nothing was written.
+    #[error("cancelled by the caller's progress function")]
+    Cancelled,
+    /// An earlier call panicked while it used this handle of the C ABI.
+    #[error(
+        "{argument} is poisoned: an earlier call with it met an internal error, and it can only be destroyed"
+    )]
+    Poisoned {
+        /// The argument's name, as in the API.
+        argument: String,
     },
     /// A file could not be read or written, or is not what it claims to be.
     #[error("{path}: {reason}")]

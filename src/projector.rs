@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
+use crate::allocation::reserved;
 use crate::engine::cpu::Cpu;
 use crate::engine::reference::Reference;
-use crate::engine::{Backend, Engine, Images, Job, Layers, ViewJob};
+use crate::engine::{Backend, Engine, Images, Job, Layers, Progress, Report, ViewJob};
 use crate::error::{Error, Result};
 use crate::geometry::View;
 use crate::physics::SpectralModel;
@@ -68,8 +69,8 @@ pub struct ViewRequest {
     /// Whether a ray may stop once every energy bin is attenuated below e⁻¹⁵. Only the intensity can change, by at
     /// most e⁻¹⁵·I0; when other layers that the stop would change are asked for, rays are not stopped.
     pub early_exit: bool,
-    /// Spectral tables of this view alone; `None`: the scene's.
-    pub spectral: Option<SpectralModel>,
+    /// Spectral tables of this view alone, which views may share; `None`: the scene's.
+    pub spectral: Option<Arc<SpectralModel>>,
 }
 
 impl From<View> for ViewRequest {
@@ -104,29 +105,36 @@ impl Projector {
         &self.volume
     }
 
-    /// Projects `views`. `progress` is called from any thread with the number of rays finished since its last call.
+    /// Projects `views`. `progress` is called from the context's threads, also from several at once, with the number of
+    /// rays finished since its last call: after every few hundred rays of a thread. Answering
+    /// [`ControlFlow::Break`](std::ops::ControlFlow::Break) cancels: each thread finishes the at most 1024 rays that it is
+    /// at.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for a view that is not valid or a layer that the scene does not have; `OutOfMemory`;
+    /// `Cancelled`.
     pub fn project(
         &self,
         views: &[ViewRequest],
         layers: Layers,
-        progress: &(dyn Fn(usize) + Sync),
+        progress: Report<'_>,
     ) -> Result<Images<f32>> {
         let views = self.jobs(views, layers)?;
-        let job = Job { views: &views, layers, progress };
+        let job = Job { views: &views, layers, progress: Progress::new(progress) };
         self.context.install(|| self.engine.project(&job))
     }
 
     /// Projects `views` in float64 with the reference engine and any algorithm: the fast algorithm's twin, or
-    /// [`Algorithm::Exact`].
+    /// [`Algorithm::Exact`]. `progress` and errors as in [`Projector::project`].
     pub fn reference(
         &self,
         algorithm: Algorithm,
         views: &[ViewRequest],
         layers: Layers,
-        progress: &(dyn Fn(usize) + Sync),
+        progress: Report<'_>,
     ) -> Result<Images<f64>> {
         let views = self.jobs(views, layers)?;
-        let job = Job { views: &views, layers, progress };
+        let job = Job { views: &views, layers, progress: Progress::new(progress) };
         let engine = Reference::new(self.volume.clone(), &self.scene, algorithm)?;
         self.context.install(|| engine.project_f64(&job))
     }
@@ -142,7 +150,8 @@ impl Projector {
         let materials = self.scene.materials.names().len();
         let job = |request: &ViewRequest| {
             let spectral = request.spectral.clone();
-            if let Some(given) = spectral.as_ref().map(SpectralModel::materials).filter(|&m| m != materials) {
+            if let Some(given) = spectral.as_ref().map(|model| model.materials()).filter(|&m| m != materials)
+            {
                 return Err(Error::invalid(
                     "materials of the view's tables",
                     given,
@@ -153,7 +162,10 @@ impl Projector {
             let beam = Beam::new(&request.view, self.volume.grid(), self.scene.detector)?;
             Ok(ViewJob { beam, early_exit: request.early_exit, spectral })
         };
-        let views = views.iter().map(job).enumerate();
-        views.map(|(v, job)| job.map_err(|error| error.of(&format!("views[{v}]")))).collect()
+        let mut jobs = reserved(views.len(), "the views")?;
+        for (v, view) in views.iter().enumerate() {
+            jobs.push(job(view).map_err(|error| error.of(&format!("views[{v}]")))?);
+        }
+        Ok(jobs)
     }
 }

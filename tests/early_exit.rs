@@ -87,7 +87,7 @@ fn lines(name: &str, lines: &[(f64, f64)]) -> Spectrum {
 fn both(
     projector: &Projector,
     view: View,
-    spectral: Option<&SpectralModel>,
+    spectral: Option<&Arc<SpectralModel>>,
     layers: Layers,
 ) -> [Images<f32>; 2] {
     [true, false].map(|early_exit| {
@@ -302,7 +302,7 @@ fn a_view_stops_by_its_own_tables() {
     let mixed = lines("20 and 150 keV", &[(20.0, 1.0), (150.0, 1e-3)]);
     let model = |spectrum: &Spectrum, material: &str| {
         let table = MassAttenuation::named(&[material], GRID).expect("tabulated");
-        SpectralModel::new(spectrum, &table).expect("the same energies")
+        Arc::new(SpectralModel::new(spectrum, &table).expect("the same energies"))
     };
     for scenes_own in [&soft, &hard] {
         for own in [&soft, &hard, &mixed] {

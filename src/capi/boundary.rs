@@ -13,7 +13,8 @@ thread_local! {
 
 /// Runs the body of a C function. An error or a panic leaves its message for [`last_message`] and becomes a status.
 ///
-/// Unwind safety: handles are immutable, and what a body was making is dropped with it.
+/// Unwind safety: a handle that the body had borrowed is poisoned by the panic and not used again, and what the body was
+/// making is dropped with it.
 pub(super) fn guard(body: impl FnOnce() -> Result<()>) -> DrrStatus {
     let (status, message) = match catch_unwind(AssertUnwindSafe(body)) {
         Ok(Ok(())) => return DRR_STATUS_OK,
@@ -58,7 +59,7 @@ mod tests {
         assert_eq!(message(), "internal error: bin 7 of 136");
         let refused = || Err(Error::OutOfMemory { what: "a\0b".into(), bytes: 3 });
         assert_eq!(guard(refused), DRR_STATUS_OUT_OF_MEMORY);
-        assert_eq!(message(), "out of memory: a\u{fffd}b needs 3 bytes");
+        assert_eq!(message(), "out of memory: 3 bytes for a\u{fffd}b");
         let other = std::thread::spawn(message).join().expect("does not panic");
         assert_eq!(other, "", "each thread has its own");
     }

@@ -1,5 +1,8 @@
 //! The tables of one view, behind the addresses in its uniforms.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use crate::capi::memory;
 use crate::capi::projector::ProjectorValue;
 use crate::capi::scene::{material_names, widened};
@@ -7,18 +10,42 @@ use crate::error::{Error, Result};
 use crate::physics::{MassAttenuation, SpectralModel, Spectrum};
 use crate::shared::{DrrAddress, ProjectionUniforms};
 
-/// The view's own spectral model; `None` when both addresses are 0.
+/// The spectral models of one call's views. Views with the same addresses share one.
+#[derive(Default)]
+pub(super) struct Tables(HashMap<[DrrAddress; 2], Arc<SpectralModel>>);
+
+impl Tables {
+    /// The view's own spectral model; `None` when both addresses are 0.
+    ///
+    /// # Safety
+    /// An address that is not 0 is a host pointer to as many floats as the uniforms' description says, which nobody
+    /// writes as long as `self` lives.
+    pub(super) unsafe fn model(
+        &mut self,
+        projector: &ProjectorValue,
+        view: &ProjectionUniforms,
+    ) -> Result<Option<Arc<SpectralModel>>> {
+        let addresses = [view.spectrumLutAddress, view.muLutAddress];
+        if addresses == [0, 0] {
+            return Ok(None);
+        }
+        if let Some(model) = self.0.get(&addresses) {
+            return Ok(Some(model.clone()));
+        }
+        // SAFETY: the caller's promise is the same.
+        let model = Arc::new(unsafe { read(projector, addresses)? });
+        let bytes = size_of::<([DrrAddress; 2], Arc<SpectralModel>)>() * (self.0.len() + 1);
+        self.0.try_reserve(1).map_err(|_| Error::OutOfMemory { what: "the views' tables".into(), bytes })?;
+        self.0.insert(addresses, model.clone());
+        Ok(Some(model))
+    }
+}
+
+/// The spectral model behind two addresses, of which at least one is not 0.
 ///
 /// # Safety
-/// An address that is not 0 is a host pointer to as many floats as the uniforms' description says.
-pub(super) unsafe fn spectral_model(
-    projector: &ProjectorValue,
-    view: &ProjectionUniforms,
-) -> Result<Option<SpectralModel>> {
-    let (spectrum, mu) = (view.spectrumLutAddress, view.muLutAddress);
-    if spectrum == 0 && mu == 0 {
-        return Ok(None);
-    }
+/// As for [`Tables::model`].
+unsafe fn read(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> Result<SpectralModel> {
     if !projector.polyenergetic {
         let argument = if spectrum == 0 { "muLutAddress" } else { "spectrumLutAddress" };
         let value = format!("{:#x}", spectrum.max(mu));
@@ -42,17 +69,17 @@ pub(super) unsafe fn spectral_model(
     let own_materials =
         coefficients.map(|c| MassAttenuation::new(energies, material_names(materials), c)).transpose()?;
     let spectrum = own_spectrum.as_ref().unwrap_or(&scene.spectrum);
-    SpectralModel::new(spectrum, own_materials.as_ref().unwrap_or(&scene.materials)).map(Some)
+    SpectralModel::new(spectrum, own_materials.as_ref().unwrap_or(&scene.materials))
 }
 
 /// The floats at an address; `None` for 0.
 ///
 /// # Safety
-/// As for [`spectral_model`].
+/// As for [`Tables::model`].
 unsafe fn table(argument: &str, address: DrrAddress, count: usize) -> Result<Option<Vec<f64>>> {
     let fits = usize::try_from(address);
     let address = fits.map_err(|_| Error::invalid(argument, format!("{address:#x}"), "a host address"))?;
     let pointer = std::ptr::with_exposed_provenance(address);
     // SAFETY: the caller's promise.
-    Ok(unsafe { memory::read_optional(argument, pointer, count)? }.map(widened))
+    unsafe { memory::read_optional(argument, pointer, count)? }.map(widened).transpose()
 }

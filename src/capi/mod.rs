@@ -15,6 +15,7 @@ mod handle;
 mod lut;
 mod memory;
 mod options;
+mod progress;
 
 pub mod context;
 pub mod geometry;

@@ -9,7 +9,9 @@ use crate::error::{Error, Result};
 /// A struct that may grow by fields at its end.
 ///
 /// # Safety
-/// `#[repr(C)]`, without padding, begins with `struct_size: usize`, and every bit pattern is a value.
+/// `#[repr(C)]`, without padding, begins with `struct_size: usize`, and any initialised bytes are a value: the fields
+/// are numbers, raw pointers, and `Option`s of function pointers. Of the last, null is `None`, and what others point to
+/// is a promise to whoever calls them, not to whoever reads the struct.
 pub(super) unsafe trait Options: Copy {
     /// The struct's size in each version of the header, ascending; the last is today's.
     const SIZES: &'static [usize];

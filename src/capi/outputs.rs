@@ -1,12 +1,27 @@
 //! Where images go.
 
+use std::ffi::c_void;
+
 use crate::capi::boundary::guard;
 use crate::capi::memory;
 use crate::capi::options::{self, Options};
+use crate::capi::progress::Monitor;
 use crate::capi::status::DrrStatus;
 use crate::engine::{Images, Layers};
 use crate::error::{Error, Result};
 use crate::projector::Projector;
+use crate::shared::DrrBool;
+
+/// Hears, while a call runs, the fraction of its rays that is done, 0 to 1, and answers whether to go on. `user_data`
+/// is the caller's own.
+///
+/// Called after every few hundred rays of a thread: from the library's threads or the calling one, one call at a time,
+/// with fractions that grow and end, unless the call fails, at 1. It should be quick, because the thread that is in it
+/// projects nothing. It must not throw a C++ exception, not jump out with longjmp, and not call this library.
+///
+/// Once it has answered false it is not called again, each thread finishes the at most 1024 rays that it is at, and the
+/// call fails with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
+pub type DrrProgress = Option<unsafe extern "C" fn(user_data: *mut c_void, fraction: f64) -> DrrBool>;
 
 /// Most views of one call.
 pub const DRR_MAX_VIEWS: usize = 65_536;
@@ -30,6 +45,10 @@ pub struct DrrOutputs {
     pub areal_density: *mut f32,
     /// Length through voxels of bone, mm. Only with DRR_EFFECT_BONE_PATH.
     pub bone_path_mm: *mut f32,
+    /// Hears how far the call is, and may cancel it; NULL for silence. Default NULL.
+    pub progress: DrrProgress,
+    /// Handed to `progress`, and otherwise left alone. Default NULL.
+    pub progress_data: *mut c_void,
 }
 
 /// Where a reference projection's float64 images go. As DrrOutputs.
@@ -46,17 +65,28 @@ pub struct DrrReferenceOutputs {
     pub areal_density: *mut f64,
     /// As DrrOutputs.
     pub bone_path_mm: *mut f64,
+    /// As DrrOutputs.
+    pub progress: DrrProgress,
+    /// As DrrOutputs.
+    pub progress_data: *mut c_void,
 }
 
-const OUTPUTS_SIZE: usize = size_of::<[usize; 5]>();
+const OUTPUTS_SIZE: usize = size_of::<[usize; 7]>();
 
-// SAFETY: repr(C), no padding (asserted), starts with its size; raw pointers only.
+// SAFETY: repr(C), no padding (asserted), starts with its size; raw pointers and an optional function
+// pointer only.
 unsafe impl Options for DrrOutputs {
     const SIZES: &'static [usize] = &[OUTPUTS_SIZE];
     fn defaults() -> Self {
-        let none = std::ptr::null_mut();
-        let struct_size = size_of::<Self>();
-        Self { struct_size, intensity: none, line_integral: none, areal_density: none, bone_path_mm: none }
+        Self {
+            struct_size: size_of::<Self>(),
+            intensity: std::ptr::null_mut(),
+            line_integral: std::ptr::null_mut(),
+            areal_density: std::ptr::null_mut(),
+            bone_path_mm: std::ptr::null_mut(),
+            progress: None,
+            progress_data: std::ptr::null_mut(),
+        }
     }
 }
 
@@ -64,34 +94,44 @@ unsafe impl Options for DrrOutputs {
 unsafe impl Options for DrrReferenceOutputs {
     const SIZES: &'static [usize] = &[OUTPUTS_SIZE];
     fn defaults() -> Self {
-        let none = std::ptr::null_mut();
-        let struct_size = size_of::<Self>();
-        Self { struct_size, intensity: none, line_integral: none, areal_density: none, bone_path_mm: none }
+        Self {
+            struct_size: size_of::<Self>(),
+            intensity: std::ptr::null_mut(),
+            line_integral: std::ptr::null_mut(),
+            areal_density: std::ptr::null_mut(),
+            bone_path_mm: std::ptr::null_mut(),
+            progress: None,
+            progress_data: std::ptr::null_mut(),
+        }
     }
 }
 
 const _: () = assert!(size_of::<DrrOutputs>() == OUTPUTS_SIZE);
 const _: () = assert!(size_of::<DrrReferenceOutputs>() == OUTPUTS_SIZE);
 
-/// The places for a call's layers, whatever their type.
+/// What a call's outputs struct says, whatever the type of its images.
 pub(super) struct Places<T> {
     intensity: *mut T,
     line_integral: *mut T,
     areal_density: *mut T,
     bone_path: *mut T,
+    progress: DrrProgress,
+    progress_data: *mut c_void,
 }
 
 impl From<DrrOutputs> for Places<f32> {
     fn from(o: DrrOutputs) -> Self {
         let DrrOutputs { intensity, line_integral, areal_density, bone_path_mm: bone_path, .. } = o;
-        Self { intensity, line_integral, areal_density, bone_path }
+        let DrrOutputs { progress, progress_data, .. } = o;
+        Self { intensity, line_integral, areal_density, bone_path, progress, progress_data }
     }
 }
 
 impl From<DrrReferenceOutputs> for Places<f64> {
     fn from(o: DrrReferenceOutputs) -> Self {
         let DrrReferenceOutputs { intensity, line_integral, areal_density, bone_path_mm: bone_path, .. } = o;
-        Self { intensity, line_integral, areal_density, bone_path }
+        let DrrReferenceOutputs { progress, progress_data, .. } = o;
+        Self { intensity, line_integral, areal_density, bone_path, progress, progress_data }
     }
 }
 
@@ -125,6 +165,16 @@ impl<T: Copy> Places<T> {
             return Err(Error::invalid("outputs.bone_path_mm", "not NULL", valid));
         }
         Ok(layers)
+    }
+
+    /// What calls the caller's progress function, for a projection of `views` views.
+    ///
+    /// # Safety
+    /// While the monitor lives, the function may be called as [`DrrProgress`] says.
+    pub(super) unsafe fn monitor(&self, projector: &Projector, views: usize) -> Monitor {
+        let rays = views as u64 * projector.plan().rays_per_view() as u64;
+        // SAFETY: the caller's promise is the same.
+        unsafe { Monitor::new(self.progress, self.progress_data, rays) }
     }
 
     /// Copies the images to the caller.

@@ -2,14 +2,16 @@
 
 use std::ffi::{CString, c_char};
 
+use crate::allocation::reserved;
 use crate::capi::boundary::guard;
 use crate::capi::geometry::DrrDetectorPose;
 use crate::capi::handle::{self, Opaque};
+use crate::capi::lut::Tables;
 use crate::capi::outputs::{DrrOutputs, Places};
 use crate::capi::scene::DrrScene;
 use crate::capi::status::DrrStatus;
 use crate::capi::volume::DrrVolume;
-use crate::capi::{lut, memory, options};
+use crate::capi::{memory, options};
 use crate::error::Result;
 use crate::geometry::View;
 use crate::projector::{Projector, ViewRequest};
@@ -80,7 +82,7 @@ pub unsafe extern "C" fn drr_projector_destroy(projector: *mut DrrProjector) -> 
 }
 
 /// The plan in JSON: what runs and why, what it costs, its error, and what was left out. NULL, with a message, when
-/// the handle is refused.
+/// the handle is refused. A poisoned projector still has its plan: the report of a defect may need it.
 ///
 /// The string belongs to the projector and lives as long. Any thread.
 #[unsafe(no_mangle)]
@@ -88,7 +90,7 @@ pub unsafe extern "C" fn drr_projector_describe(projector: *const DrrProjector) 
     let mut plan = std::ptr::null();
     guard(|| {
         // SAFETY: the C caller passes a handle that stays alive as long as it uses the string.
-        plan = unsafe { handle::borrow("projector", projector)? }.plan.as_ptr();
+        plan = unsafe { handle::borrow_even_poisoned("projector", projector)? }.plan.as_ptr();
         Ok(())
     });
     plan
@@ -104,8 +106,9 @@ pub unsafe extern "C" fn drr_projector_describe(projector: *const DrrProjector) 
 /// would change too, rays are not stopped.
 ///
 /// Everything is computed before anything is written: on failure the outputs are as before. Fails with
-/// DRR_STATUS_INVALID_ARGUMENT or DRR_STATUS_OUT_OF_MEMORY. Any thread, also with one projector from many at once,
-/// each with outputs of its own. The same call gives the same bytes for any number of threads.
+/// DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, or DRR_STATUS_CANCELLED when outputs->progress answers
+/// false. Any thread, also with one projector from many at once, each with outputs of its own. The same call gives the
+/// same bytes for any number of threads.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_projector_project(
     projector: *const DrrProjector,
@@ -113,12 +116,13 @@ pub unsafe extern "C" fn drr_projector_project(
     view_count: usize,
     outputs: *const DrrOutputs,
 ) -> DrrStatus {
-    // SAFETY: a view's tables are the C caller's, as described.
+    let mut tables = Tables::default();
+    // SAFETY: a view's tables are the C caller's, as described, and stay as they are during the call.
     let request = |value: &ProjectorValue, view: &ProjectionUniforms| unsafe {
         Ok(ViewRequest {
             view: View::Projection(view.into()),
             early_exit: view.enableEarlyExit.get(),
-            spectral: lut::spectral_model(value, view)?,
+            spectral: tables.model(value, view)?,
         })
     };
     // SAFETY: the C caller's promises are the same.
@@ -149,7 +153,7 @@ unsafe fn project<V: Copy>(
     views: *const V,
     view_count: usize,
     outputs: *const DrrOutputs,
-    request: impl Fn(&ProjectorValue, &V) -> Result<ViewRequest>,
+    mut request: impl FnMut(&ProjectorValue, &V) -> Result<ViewRequest>,
 ) -> Result<()> {
     // SAFETY: the C caller passes a handle that stays alive during the call.
     let value = unsafe { handle::borrow("projector", projector)? };
@@ -158,8 +162,11 @@ unsafe fn project<V: Copy>(
     let layers = places.layers(&value.projector, view_count)?;
     // SAFETY: the C caller passes `view_count` views.
     let views = unsafe { memory::read_array(argument, views, view_count)? };
-    let requests = requests(argument, views, |view| request(value, view))?;
-    let images = value.projector.project(&requests, layers, &|_| ())?;
+    let requests = requests(argument, views, |view| request(&value, view))?;
+    // SAFETY: the C caller passes a function that may be called until this call returns.
+    let monitor = unsafe { places.monitor(&value.projector, view_count) };
+    let images = value.projector.project(&requests, layers, &|rays| monitor.report(rays))?;
+    monitor.complete()?;
     // SAFETY: the C caller passes places for the images of `view_count` views.
     unsafe { places.write(&images) };
     Ok(())
@@ -169,11 +176,92 @@ unsafe fn project<V: Copy>(
 pub(super) fn requests<V>(
     argument: &str,
     views: &[V],
-    request: impl Fn(&V) -> Result<ViewRequest>,
+    mut request: impl FnMut(&V) -> Result<ViewRequest>,
 ) -> Result<Vec<ViewRequest>> {
-    let named = |(v, view): (usize, &V)| {
+    let mut requests = reserved(views.len(), "the views")?;
+    for (v, view) in views.iter().enumerate() {
         let request = request(view).and_then(|request| request.view.validate().map(|()| request));
-        request.map_err(|error| error.of(&format!("{argument}[{v}]")))
-    };
-    views.iter().enumerate().map(named).collect()
+        requests.push(request.map_err(|error| error.of(&format!("{argument}[{v}]")))?);
+    }
+    Ok(requests)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ffi::CStr;
+
+    use super::*;
+    use crate::capi::context::{drr_context_create, drr_context_destroy};
+    use crate::capi::geometry::drr_pose_c_arm;
+    use crate::capi::outputs::drr_outputs_init;
+    use crate::capi::scene::drr_scene_init;
+    use crate::capi::status::{DRR_STATUS_INTERNAL, DRR_STATUS_OK, drr_last_error_message};
+    use crate::capi::volume::{drr_volume_create, drr_volume_descriptor_init, drr_volume_destroy};
+    use crate::engine::Layers;
+
+    const WIDTH: usize = 4;
+
+    /// A handle or a struct that a function of the C ABI fills.
+    fn made<T>(make: impl FnOnce(*mut T) -> DrrStatus) -> T {
+        let mut place = std::mem::MaybeUninit::uninit();
+        assert_eq!(make(place.as_mut_ptr()), DRR_STATUS_OK);
+        // SAFETY: a call that succeeds has written its result.
+        unsafe { place.assume_init() }
+    }
+
+    #[test]
+    fn a_panic_in_a_worker_poisons_the_projector_and_the_library_goes_on() {
+        // SAFETY: pointers to one value of the right type each, or to as many as the descriptor and the scene say;
+        // every handle is destroyed once.
+        unsafe {
+            let context = made(|place| drr_context_create(std::ptr::null(), place));
+            let mut descriptor = made(|place| drr_volume_descriptor_init(place));
+            descriptor.dimensions = [WIDTH; 3];
+            let hu = [0_i16; WIDTH * WIDTH * WIDTH];
+            let volume = made(|place| {
+                drr_volume_create(context, &raw const descriptor, hu.as_ptr(), std::ptr::null(), place)
+            });
+            let mut scene = made(|place| drr_scene_init(place));
+            (scene.detector_width, scene.detector_height) = (WIDTH, WIDTH);
+            let create = || made(|place| drr_projector_create(volume, &raw const scene, place));
+            let (spoilt, other): (*mut DrrProjector, *mut DrrProjector) = (create(), create());
+            let centre = [1.5; 3];
+            let pose =
+                made(|place| drr_pose_c_arm(centre.as_ptr(), 0.0, 100.0, 200.0, 1.0, WIDTH, WIDTH, place));
+            let mut image = [42.0_f32; WIDTH * WIDTH];
+            let mut outputs = made(|place| drr_outputs_init(place));
+            outputs.intensity = image.as_mut_ptr();
+            let project = |projector| {
+                let status = drr_projector_project_poses(projector, &raw const pose, 1, &raw const outputs);
+                (status, outputs.intensity.read())
+            };
+
+            let panics = || {
+                let value = handle::borrow("projector", spoilt)?;
+                let view = View::Pose((&pose).into()).into();
+                let wanted = Layers { intensity: true, ..Layers::default() };
+                value.projector.project(&[view], wanted, &|_| panic!("a worker's defect")).map(drop)
+            };
+            assert_eq!(guard(panics), DRR_STATUS_INTERNAL);
+            let message = || CStr::from_ptr(drr_last_error_message()).to_str().expect("UTF-8");
+            assert_eq!(message(), "internal error: a worker's defect");
+
+            assert_eq!(project(spoilt), (DRR_STATUS_INTERNAL, 42.0));
+            assert!(message().starts_with("projector is poisoned: "), "{}", message());
+            assert!(
+                CStr::from_ptr(drr_projector_describe(spoilt)).to_str().expect("UTF-8").contains("stages")
+            );
+            // Its siblings and parents, and the threads that they share with it, go on.
+            let (status, intensity) = project(other);
+            assert!(status == DRR_STATUS_OK && intensity < 1.0, "{intensity}");
+            let later = create();
+            assert_eq!(project(later), (status, intensity));
+
+            for projector in [spoilt, other, later] {
+                assert_eq!(drr_projector_destroy(projector), DRR_STATUS_OK);
+            }
+            assert_eq!(drr_volume_destroy(volume), DRR_STATUS_OK);
+            assert_eq!(drr_context_destroy(context), DRR_STATUS_OK);
+        }
+    }
 }

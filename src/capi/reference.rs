@@ -33,7 +33,11 @@ pub unsafe extern "C" fn drr_reference_project(
         // SAFETY: the C caller passes `view_count` poses.
         let poses = unsafe { memory::read_array("poses", poses, view_count)? };
         let requests = requests("poses", poses, |pose| Ok(View::Pose(pose.into()).into()))?;
-        let images = value.projector.reference(algorithm, &requests, layers, &|_| ())?;
+        // SAFETY: the C caller passes a function that may be called until this call returns.
+        let monitor = unsafe { places.monitor(&value.projector, view_count) };
+        let report = |rays| monitor.report(rays);
+        let images = value.projector.reference(algorithm, &requests, layers, &report)?;
+        monitor.complete()?;
         // SAFETY: the C caller passes places for the images of `view_count` views.
         unsafe { places.write(&images) };
         Ok(())

@@ -1,5 +1,6 @@
 //! Scenes: what is to be simulated.
 
+use crate::allocation::collected;
 use crate::capi::boundary::guard;
 use crate::capi::memory;
 use crate::capi::options::{self, Options};
@@ -120,8 +121,8 @@ pub(super) fn algorithm(code: DrrAlgorithm, step: f64) -> Result<Algorithm> {
 }
 
 /// `values` as float64.
-pub(super) fn widened(values: &[f32]) -> Vec<f64> {
-    values.iter().copied().map(f64::from).collect()
+pub(super) fn widened(values: &[f32]) -> Result<Vec<f64>> {
+    collected(values.iter().copied().map(f64::from), "a spectral table")
 }
 
 /// Names for the materials of a caller's table.
@@ -186,12 +187,12 @@ impl DrrScene {
             )
         };
         let spectrum = match spectrum {
-            Some(weights) => Spectrum::new("the caller's spectrum", energies, widened(weights))?,
+            Some(weights) => Spectrum::new("the caller's spectrum", energies, widened(weights)?)?,
             None => Spectrum::named(Spectrum::DEFAULT, energies)?,
         };
         match response {
             Some(factors) => {
-                let response = DetectorResponse::new("the caller's detector", energies, widened(factors))?;
+                let response = DetectorResponse::new("the caller's detector", energies, widened(factors)?)?;
                 spectrum.folded(&response)
             }
             None => Ok(spectrum),
@@ -220,7 +221,7 @@ impl DrrScene {
             memory::read_array("scene.mass_attenuation", self.mass_attenuation, count * energies.count())?
         };
         if self.is_polyenergetic() {
-            return MassAttenuation::new(energies, material_names(count), widened(values));
+            return MassAttenuation::new(energies, material_names(count), widened(values)?);
         }
         let bin = self.mono_energy(energies)?;
         let column = values.chunks(energies.count()).map(|row| f64::from(row[bin])).collect();

@@ -18,8 +18,12 @@ pub const DRR_STATUS_INVALID_ARGUMENT: DrrStatus = 1;
 pub const DRR_STATUS_UNSUPPORTED: DrrStatus = 2;
 /// An allocation was refused.
 pub const DRR_STATUS_OUT_OF_MEMORY: DrrStatus = 3;
-/// A defect of the library. The process can go on; please report the message.
+/// A defect of the library. The process can go on; please report the message. The handles that the call was given are
+/// poisoned: later calls with them fail in the same way, except drr_projector_describe and the handle's own _destroy.
+/// What was made from them before is not affected.
 pub const DRR_STATUS_INTERNAL: DrrStatus = 4;
+/// The caller's DrrProgress function answered false.
+pub const DRR_STATUS_CANCELLED: DrrStatus = 5;
 
 /// The status that stands for an error.
 pub(super) fn of(error: &Error) -> DrrStatus {
@@ -27,8 +31,9 @@ pub(super) fn of(error: &Error) -> DrrStatus {
         Error::InvalidArgument { .. } => DRR_STATUS_INVALID_ARGUMENT,
         Error::Unsupported(_) => DRR_STATUS_UNSUPPORTED,
         Error::OutOfMemory { .. } => DRR_STATUS_OUT_OF_MEMORY,
+        Error::Cancelled => DRR_STATUS_CANCELLED,
         // No function of the C ABI touches a file.
-        Error::File { .. } => DRR_STATUS_INTERNAL,
+        Error::Poisoned { .. } | Error::File { .. } => DRR_STATUS_INTERNAL,
     }
 }
 
@@ -41,6 +46,7 @@ pub extern "C" fn drr_status_name(status: DrrStatus) -> *const c_char {
         DRR_STATUS_UNSUPPORTED => c"DRR_STATUS_UNSUPPORTED",
         DRR_STATUS_OUT_OF_MEMORY => c"DRR_STATUS_OUT_OF_MEMORY",
         DRR_STATUS_INTERNAL => c"DRR_STATUS_INTERNAL",
+        DRR_STATUS_CANCELLED => c"DRR_STATUS_CANCELLED",
         _ => c"unknown status",
     };
     name.as_ptr()

@@ -1,6 +1,7 @@
 //! What a projection returns.
 
-use crate::error::{Error, Result};
+use crate::allocation::filled;
+use crate::error::Result;
 use crate::physics::MAX_MATERIALS;
 
 /// Which layers are wanted.
@@ -83,14 +84,7 @@ impl<T: Copy + Default> Images<T> {
     pub(super) fn zeroed(size: [usize; 2], views: usize, materials: usize, layers: Layers) -> Result<Self> {
         let pixels = size[0] * size[1] * views;
         let layer = |wanted: bool, count: usize| {
-            let mut image = Vec::new();
-            if wanted {
-                let refused =
-                    |_| Error::OutOfMemory { what: "the images".into(), bytes: count * size_of::<T>() };
-                image.try_reserve_exact(count).map_err(refused)?;
-                image.resize(count, T::default());
-            }
-            Ok(image)
+            if wanted { filled(count, T::default(), "the images") } else { Ok(Vec::new()) }
         };
         Ok(Self {
             size,

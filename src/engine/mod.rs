@@ -2,9 +2,13 @@
 
 pub mod cpu;
 mod images;
+mod progress;
 pub mod reference;
 
+use std::sync::Arc;
+
 pub use images::{Images, Layers};
+pub use progress::{Progress, Report};
 
 use crate::error::Result;
 use crate::physics::SpectralModel;
@@ -29,7 +33,7 @@ pub struct ViewJob {
     /// layer asked for that the stop would change.
     pub early_exit: bool,
     /// Spectral tables of this view alone, instead of the scene's.
-    pub spectral: Option<SpectralModel>,
+    pub spectral: Option<Arc<SpectralModel>>,
 }
 
 /// What an engine is asked to do.
@@ -38,12 +42,15 @@ pub struct Job<'a> {
     pub views: &'a [ViewJob],
     /// The layers to return.
     pub layers: Layers,
-    /// Called from any thread with the number of rays finished since the last call.
-    pub progress: &'a (dyn Fn(usize) + Sync),
+    /// Where finished rays are reported.
+    pub progress: Progress<'a>,
 }
 
 /// An engine that has been made ready for one plan and one volume.
 pub trait Engine: Send + Sync {
     /// Projects all views of the job.
+    ///
+    /// # Errors
+    /// `Cancelled` as soon as the job's progress says so, without starting any further piece of work; `OutOfMemory`.
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>>;
 }

@@ -4,6 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use crate::allocation::{collected, reserved};
 use crate::error::{Error, Result};
 use crate::geometry::Grid;
 use crate::physics::{Calibration, MAX_MATERIALS, Thresholds};
@@ -71,47 +72,52 @@ pub struct VolumeBuilder {
     grid: Grid,
     how: Classification,
     store: Store,
-    filled: usize,
     /// Whether any piece came with labels.
     labelled: bool,
 }
 
+/// The voxels that have come; memory for all is reserved from the start, and touched when they come.
 #[derive(Debug)]
 enum Store {
     Int16 { code: Code, codes: Vec<u16>, seen: Vec<AtomicBool> },
     Float32 { density: Vec<f32>, label: Vec<u8> },
 }
 
+impl Store {
+    /// Voxels that have come.
+    fn filled(&self) -> usize {
+        match self {
+            Self::Int16 { codes, .. } => codes.len(),
+            Self::Float32 { label, .. } => label.len(),
+        }
+    }
+}
+
 impl VolumeBuilder {
     /// For integer HU. `labelled` says whether every piece comes with labels or none does.
     pub fn int16(grid: Grid, how: &Classification, labelled: bool) -> Result<Self> {
         let code = if labelled { Code::LabelAndHu } else { Code::Hu };
-        let codes = zeroed(grid.voxel_count(), "the volume")?;
+        let codes = reserved(grid.voxel_count(), "the volume")?;
         let seen = (0..1 << 16).map(|_| AtomicBool::new(false)).collect();
-        Ok(Self {
-            grid,
-            how: how.clone(),
-            store: Store::Int16 { code, codes, seen },
-            filled: 0,
-            labelled: false,
-        })
+        Ok(Self { grid, how: how.clone(), store: Store::Int16 { code, codes, seen }, labelled: false })
     }
 
     /// For HU that are not integers.
     pub fn float32(grid: Grid, how: &Classification) -> Result<Self> {
         let n = grid.voxel_count();
         let store = Store::Float32 {
-            density: zeroed(n, "the volume's densities")?,
-            label: zeroed(n, "the volume's labels")?,
+            density: reserved(n, "the volume's densities")?,
+            label: reserved(n, "the volume's labels")?,
         };
-        Ok(Self { grid, how: how.clone(), store, filled: 0, labelled: false })
+        Ok(Self { grid, how: how.clone(), store, labelled: false })
     }
 
     /// The next voxels, with their labels if the builder was made for labels.
     pub fn push_int16(&mut self, hu: &[i16], labels: Option<&[u8]>) -> Result<()> {
-        let range = self.claim(hu.len(), labels)?;
+        self.check(hu.len(), labels)?;
         let Store::Int16 { code, codes, seen } = &mut self.store else {
-            return self.push_float32(&hu.iter().map(|&v| f32::from(v)).collect::<Vec<_>>(), labels);
+            self.extend_float32(hu, labels);
+            return Ok(());
         };
         if matches!(code, Code::LabelAndHu) != labels.is_some() {
             let given = if labels.is_some() { "labels" } else { "no labels" };
@@ -121,53 +127,57 @@ impl VolumeBuilder {
                 "labels with every piece of the volume or with none",
             ));
         }
-        let pieces = codes[range.clone()].par_chunks_mut(PIECE).zip(hu.par_chunks(PIECE));
-        pieces.enumerate().for_each(|(piece, (codes, hu))| {
-            let label = |i: usize| labels.map_or(0, |labels| labels[piece * PIECE + i]);
-            for (i, (out, &hu)) in codes.iter_mut().zip(hu).enumerate() {
-                *out = code.encode(hu, label(i));
-                let seen = &seen[usize::from(*out)];
-                // Threads share the cache lines: write only what changes.
-                if !seen.load(Ordering::Relaxed) {
-                    seen.store(true, Ordering::Relaxed);
-                }
+        codes.par_extend(hu.par_iter().with_min_len(PIECE).enumerate().map(|(i, &hu)| {
+            let code = code.encode(hu, labels.map_or(0, |labels| labels[i]));
+            let seen = &seen[usize::from(code)];
+            // Threads share the cache lines: write only what changes.
+            if !seen.load(Ordering::Relaxed) {
+                seen.store(true, Ordering::Relaxed);
             }
-        });
-        self.filled = range.end;
+            code
+        }));
         self.labelled |= labels.is_some();
         Ok(())
     }
 
     /// The next voxels of a float32 volume, with or without labels.
     pub fn push_float32(&mut self, hu: &[f32], labels: Option<&[u8]>) -> Result<()> {
-        let range = self.claim(hu.len(), labels)?;
-        let Store::Float32 { density, label } = &mut self.store else {
+        let first = self.check(hu.len(), labels)?;
+        if matches!(self.store, Store::Int16 { .. }) {
             return Err(Error::invalid("hu", "float32", "int16, as the builder was made for"));
-        };
+        }
         if let Some(bad) = hu.iter().position(|v| !v.is_finite()) {
             let count = hu.iter().filter(|v| !v.is_finite()).count();
-            let at = self.position(range.start + bad);
+            let at = self.position(first + bad);
             return Err(Error::invalid(
                 format!("hu at voxel {at:?}"),
                 hu[bad],
                 format!("finite HU ({count} are not)"),
             ));
         }
-        let outputs = density[range.clone()].par_iter_mut().zip(label[range.clone()].par_iter_mut());
-        outputs.zip(hu).enumerate().for_each(|(i, ((density, label), &hu))| {
-            let voxel = self.how.voxel(f64::from(hu), labels.map(|labels| labels[i]));
-            (*density, *label) = (voxel.density as f32, voxel.label);
-        });
-        self.filled = range.end;
-        self.labelled |= labels.is_some();
+        self.extend_float32(hu, labels);
         Ok(())
+    }
+
+    /// Appends checked voxels to a float32 volume.
+    fn extend_float32<T: Copy + Into<f64> + Sync>(&mut self, hu: &[T], labels: Option<&[u8]>) {
+        let Store::Float32 { density, label } = &mut self.store else {
+            unreachable!("the callers have looked");
+        };
+        let voxel = |i: usize, hu: T| self.how.voxel(hu.into(), labels.map(|labels| labels[i]));
+        let voxels = hu.par_iter().with_min_len(PIECE).enumerate().map(|(i, &hu)| voxel(i, hu));
+        let mut vectors = (std::mem::take(density), std::mem::take(label));
+        vectors.par_extend(voxels.map(|voxel| (voxel.density as f32, voxel.label)));
+        (*density, *label) = vectors;
+        self.labelled |= labels.is_some();
     }
 
     /// The volume, once all voxels have come.
     pub fn finish(self) -> Result<Volume> {
         let expected = self.grid.voxel_count();
-        if self.filled != expected {
-            return Err(Error::invalid("number of voxels", self.filled, format!("{expected}, the grid's")));
+        let filled = self.store.filled();
+        if filled != expected {
+            return Err(Error::invalid("number of voxels", filled, format!("{expected}, the grid's")));
         }
         let mut materials = [MaterialStatistics::default(); MAX_MATERIALS];
         let mut note = |voxel: Voxel| {
@@ -177,7 +187,8 @@ impl VolumeBuilder {
         };
         let voxels = match self.store {
             Store::Int16 { code, codes, seen } => {
-                let table: Vec<Voxel> = (0..=u16::MAX).map(|c| code.meaning(c, &self.how)).collect();
+                let meanings = (0..=u16::MAX).map(|c| code.meaning(c, &self.how));
+                let table = collected(meanings, "the volume's table")?;
                 table
                     .iter()
                     .zip(seen)
@@ -195,13 +206,14 @@ impl VolumeBuilder {
         Ok(Volume { grid: self.grid, voxels, materials, classes })
     }
 
-    /// Checks the next piece and returns where it goes.
-    fn claim(&self, count: usize, labels: Option<&[u8]>) -> Result<std::ops::Range<usize>> {
-        let left = self.grid.voxel_count() - self.filled;
+    /// Checks the next piece and returns the number of its first voxel.
+    fn check(&self, count: usize, labels: Option<&[u8]>) -> Result<usize> {
+        let filled = self.store.filled();
+        let left = self.grid.voxel_count() - filled;
         if count > left {
             return Err(Error::invalid(
                 "number of voxels",
-                self.filled + count,
+                filled + count,
                 format!("{}", self.grid.voxel_count()),
             ));
         }
@@ -219,25 +231,17 @@ impl VolumeBuilder {
             if !labels.par_chunks(PIECE).all(all_valid)
                 && let Some(bad) = labels.iter().position(|label| !valid(label))
             {
-                let at = self.position(self.filled + bad);
+                let at = self.position(filled + bad);
                 return Err(Error::invalid(format!("label at voxel {at:?}"), labels[bad], "0 … 7"));
             }
         }
-        Ok(self.filled..self.filled + count)
+        Ok(filled)
     }
 
     fn position(&self, index: usize) -> [usize; 3] {
         let [n0, n1, _] = self.grid.dimensions();
         [index % n0, index / n0 % n1, index / (n0 * n1)]
     }
-}
-
-/// Zeros from the system, untouched until written, so that a large volume costs its pages once.
-fn zeroed<T: Clone + Default>(count: usize, what: &str) -> Result<Vec<T>> {
-    let refused = |_| Error::OutOfMemory { what: what.to_owned(), bytes: count * size_of::<T>() };
-    // `vec!` aborts when it is refused; ask first.
-    Vec::<T>::new().try_reserve_exact(count).map_err(refused)?;
-    Ok(vec![T::default(); count])
 }
 
 #[cfg(test)]

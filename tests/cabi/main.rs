@@ -5,16 +5,35 @@
 //! `DRR_REQUIRE_ALL_TOOLS=1` it fails instead.
 
 mod nvrtc;
+mod thread_sanitizer;
 mod toolchain;
 
 use std::path::{Path, PathBuf};
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use thread_sanitizer::ThreadSanitizer;
 use toolchain::{Compiler, Library, launch, run};
 
 /// Programs of `cabi-tests/`.
-const PROGRAMS: [&str; 8] =
-    ["layout", "minimal", "errors", "lifecycle", "threads", "against_reference", "early_exit", "pipeline"];
+const PROGRAMS: [&str; 11] = [
+    "layout",
+    "minimal",
+    "errors",
+    "lifecycle",
+    "threads",
+    "threads_and_volumes",
+    "cancel",
+    "out_of_memory",
+    "against_reference",
+    "early_exit",
+    "pipeline",
+];
+
+/// Those that have threads of their own.
+const THREADED: [&str; 3] = ["threads", "threads_and_volumes", "cancel"];
+
+/// Sanitizers reserve terabytes of address space, which is what this program limits.
+const NOT_SANITIZED: &str = "out_of_memory";
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -63,24 +82,43 @@ fn programs(library: &Library) -> Vec<Trial> {
     };
     for name in PROGRAMS {
         add("c11", &c11, library, name);
-        add("sanitized", &sanitized, library, name);
+        if name != NOT_SANITIZED {
+            add("sanitized", &sanitized, library, name);
+        }
     }
     add("cpp17", &Compiler::cpp("c++17"), library, "pipeline");
     add("objective_c", &Compiler::objective_c(), library, "pipeline");
     add("static_library", &c11, &Library::linked_statically(), "minimal");
     let library = library.clone();
     trials.push(needing("sanitized::finds_a_deliberate_overflow", sanitized, move |compiler| {
-        sanitizer_is_on(&compiler, &library)
+        finds(&compiler, &library, "overflow.c", "heap-buffer-overflow")
     }));
     trials
 }
 
-/// A sanitizer that is not on passes everything.
-fn sanitizer_is_on(compiler: &Compiler, library: &Library) -> Result<(), Failed> {
-    let executable = compiler.executable(&beside_this_file("overflow.c"), library)?;
+/// Programs under the thread sanitizer, which sees into the library as well.
+fn threaded_programs() -> Vec<Trial> {
+    let sanitizer = ThreadSanitizer::find();
+    let mut trials: Vec<_> = THREADED
+        .into_iter()
+        .map(|name| {
+            needing(format!("thread_sanitized::{name}"), sanitizer.clone(), move |sanitizer| {
+                passes(&sanitizer.compiler, sanitizer.library()?, &program(name))
+            })
+        })
+        .collect();
+    trials.push(needing("thread_sanitized::finds_a_deliberate_race", sanitizer, |sanitizer| {
+        finds(&sanitizer.compiler, sanitizer.library()?, "race.c", "ThreadSanitizer: data race")
+    }));
+    trials
+}
+
+/// A sanitizer that is not on passes everything: this one finds the error in a program that has one on purpose.
+fn finds(compiler: &Compiler, library: &Library, program: &str, error: &str) -> Result<(), Failed> {
+    let executable = compiler.executable(&beside_this_file(program), library)?;
     match run(&mut launch(&executable)) {
-        Ok(output) => Err(format!("the overflow was not found:\n{output}").into()),
-        Err(failed) if failed.message().is_some_and(|m| m.contains("heap-buffer-overflow")) => Ok(()),
+        Ok(output) => Err(format!("{error} was not found:\n{output}").into()),
+        Err(failed) if failed.message().is_some_and(|m| m.contains(error)) => Ok(()),
         Err(failed) => Err(failed),
     }
 }
@@ -138,5 +176,6 @@ fn main() {
     let mut trials = vec![Trial::test("no_program_is_forgotten", no_program_is_forgotten)];
     trials.extend(headers());
     trials.extend(programs(&library));
+    trials.extend(threaded_programs());
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }

@@ -16,7 +16,7 @@ pub(super) fn run(command: &mut Command) -> Result<String, Failed> {
     Err(format!("{command:?}: {}\n{text}", output.status).into())
 }
 
-fn scratch() -> PathBuf {
+pub(super) fn scratch() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cabi");
     std::fs::create_dir_all(&folder).expect("cargo's temporary folder can be written");
     folder
@@ -51,6 +51,11 @@ impl Library {
         let mut link: Vec<OsString> = vec![beside_this_test("libdrr.a").into()];
         link.extend(system.iter().map(Into::into));
         Self { link, suffix: "-static" }
+    }
+
+    /// A library by the arguments that link it.
+    pub(super) fn linked_by(link: Vec<OsString>, suffix: &'static str) -> Self {
+        Self { link, suffix }
     }
 }
 
@@ -126,6 +131,13 @@ impl Compiler {
         let sanitizers = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"];
         let options = [&["-x", "c", "-std=c11"], &STRICT[..], &sanitizers[..]];
         Self::find("sanitizing", &["clang", "gcc", "cc"].map(String::from), &options.concat(), true)
+    }
+
+    /// C with the thread sanitizer, by Clang; its run-time is to come with the library.
+    pub(super) fn thread_sanitized() -> Result<Self, String> {
+        let sanitizer = ["-fsanitize=thread", "-fno-sanitize-link-runtime", "-g"];
+        let options = [&["-x", "c", "-std=c11"], &STRICT[..], &sanitizer[..]];
+        Self::find("thread-sanitizing", &["clang".to_owned()], &options.concat(), false)
     }
 
     /// Clang reading the header as Metal's compiler would, with stand-ins for Metal's own headers and no others.

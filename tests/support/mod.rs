@@ -1,6 +1,7 @@
 //! What the integration tests share: small volumes with detail everywhere, awkward geometries, error measures.
 #![allow(dead_code, missing_docs, reason = "every test program uses its own part")]
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use drr::engine::{Backend, Layers};
@@ -101,7 +102,9 @@ pub(crate) fn requests(poses: impl IntoIterator<Item = DetectorPose>) -> Vec<Vie
     poses.into_iter().map(|pose| View::Pose(pose).into()).collect()
 }
 
-pub(crate) fn quiet(_rays: usize) {}
+pub(crate) fn quiet(_rays: usize) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
 
 /// ‖x − truth‖ / ‖truth‖; 0 for two zero images.
 pub(crate) fn relative_l2(x: &[f32], truth: &[f64]) -> f64 {

@@ -1,5 +1,7 @@
 //! What error to expect: some rays of the very scene, cast again in float64.
 
+use std::ops::ControlFlow;
+
 use anyhow::Result;
 use drr::engine::Layers;
 use drr::geometry::DetectorPose;
@@ -59,7 +61,7 @@ impl Accuracy {
         let projector = Projector::new(&setup.context, projector.volume().clone(), scene)?;
         let layers = Layers { line_integral: true, ..Layers::default() };
         let requests = sample.requests();
-        let quiet = |_: usize| ();
+        let quiet = |_: usize| ControlFlow::Continue(());
         let ours = projector.project(&requests, layers, &quiet)?.line_integral;
         let compare = |reference: &[f64]| {
             let floor = FLOOR * reference.iter().copied().filter(|p| p.is_finite()).fold(0.0, f64::max);

@@ -1,5 +1,6 @@
 //! `drr bench`.
 
+use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
@@ -86,7 +87,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let bar = console.bar("projecting", runs as usize + 1);
     for run in 0..=runs {
         let start = Instant::now();
-        std::hint::black_box(projector.project(&requests, layers, &|_| ())?);
+        std::hint::black_box(projector.project(&requests, layers, &|_| ControlFlow::Continue(()))?);
         let projected = start.elapsed().as_secs_f64();
         let start = Instant::now();
         std::hint::black_box(setup.context.install(|| read_pass(&volume)));

@@ -1,5 +1,6 @@
 //! `drr project`, and `drr` alone.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -113,7 +114,10 @@ fn render(
     console: Console,
 ) -> Result<Rendered> {
     let bar = console.bar("projecting", views.len() * projector.plan().rays_per_view());
-    let progress = |rays: usize| bar.inc(rays as u64);
+    let progress = |rays: usize| {
+        bar.inc(rays as u64);
+        ControlFlow::Continue(())
+    };
     let rendered = match backend {
         Backend::Cpu => Rendered::Single(projector.project(views, layers, &progress)?),
         Backend::Reference => {

@@ -1,6 +1,8 @@
 //! The voxels as the march reads them: lanes of partial density.
 
+use crate::allocation::collected;
 use crate::engine::cpu::lanes::Lanes;
+use crate::error::Result;
 use crate::physics::MAX_MATERIALS;
 use crate::volume::{Volume, Voxel, Voxels};
 
@@ -81,20 +83,20 @@ pub(super) trait WithField<L: Lanes> {
 
 impl<L: Lanes> Table<L> {
     /// Each voxel's density, in the lane of its label; labels without a lane contribute nothing.
-    pub(super) fn densities(volume: &Volume, lane_of: &[Option<usize>; MAX_MATERIALS]) -> Self {
+    pub(super) fn densities(volume: &Volume, lane_of: &[Option<usize>; MAX_MATERIALS]) -> Result<Self> {
         let lanes = |voxel: Voxel| L::single(lane_of[usize::from(voxel.label)], voxel.density as f32);
         match volume.voxels() {
-            Voxels::Coded { table, .. } => Self::Code(per_code(table, lanes)),
-            Voxels::Dense { .. } => Self::Density(per_label(lanes)),
+            Voxels::Coded { table, .. } => Ok(Self::Code(per_code(table, lanes)?)),
+            Voxels::Dense { .. } => Ok(Self::Density(per_label(lanes))),
         }
     }
 
     /// 1 in lane 0 for voxels of one label, 0 for all others.
-    pub(super) fn indicator(volume: &Volume, label: u8) -> Self {
+    pub(super) fn indicator(volume: &Volume, label: u8) -> Result<Self> {
         let lanes = |voxel: Voxel| L::single((voxel.label == label).then_some(0), 1.0);
         match volume.voxels() {
-            Voxels::Coded { table, .. } => Self::Code(per_code(table, lanes)),
-            Voxels::Dense { .. } => Self::Label(per_label(lanes)),
+            Voxels::Coded { table, .. } => Ok(Self::Code(per_code(table, lanes)?)),
+            Voxels::Dense { .. } => Ok(Self::Label(per_label(lanes))),
         }
     }
 
@@ -111,10 +113,10 @@ impl<L: Lanes> Table<L> {
     }
 }
 
-#[expect(clippy::unnecessary_box_returns, reason = "1 MiB does not belong on the stack")]
-fn per_code<L: Lanes>(table: &[Voxel], lanes: impl Fn(Voxel) -> L) -> Box<[L; 1 << 16]> {
-    let lanes: Vec<L> = table.iter().map(|&voxel| lanes(voxel)).collect();
-    lanes.into_boxed_slice().try_into().unwrap_or_else(|_| unreachable!("there is one entry per 16-bit code"))
+fn per_code<L: Lanes>(table: &[Voxel], lanes: impl Fn(Voxel) -> L) -> Result<Box<[L; 1 << 16]>> {
+    let lanes = collected(table.iter().map(|&voxel| lanes(voxel)), "the table of densities")?;
+    let table = lanes.into_boxed_slice().try_into();
+    Ok(table.unwrap_or_else(|_| unreachable!("there is one entry per 16-bit code")))
 }
 
 fn per_label<L: Lanes>(lanes: impl Fn(Voxel) -> L) -> [L; MAX_MATERIALS] {

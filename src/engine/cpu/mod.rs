@@ -13,6 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use glam::Vec4;
 use rayon::prelude::*;
 
+use crate::allocation::filled;
 use crate::engine::images::PixelValue;
 use crate::engine::{Engine, Images, Job, Layers, ViewJob};
 use crate::error::Result;
@@ -65,9 +66,9 @@ impl Cpu {
         labels.iter().enumerate().for_each(|(lane, &label)| lane_of[usize::from(label)] = Some(lane));
         let accumulators = match labels.len() {
             0 => Accumulators::None,
-            1 => Accumulators::One(Table::densities(&volume, &lane_of)),
-            2..=4 => Accumulators::Four(Table::densities(&volume, &lane_of)),
-            _ => Accumulators::Eight(Table::densities(&volume, &lane_of)),
+            1 => Accumulators::One(Table::densities(&volume, &lane_of)?),
+            2..=4 => Accumulators::Four(Table::densities(&volume, &lane_of)?),
+            _ => Accumulators::Eight(Table::densities(&volume, &lane_of)?),
         };
         let bone = scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled);
         Ok(Self {
@@ -75,8 +76,8 @@ impl Cpu {
             supersampling: scene.supersampling,
             size: scene.detector,
             materials: scene.materials.names().len(),
-            bone: bone.map(|bone| Table::indicator(&volume, bone)),
-            signal: Signal::new(&scene.spectral_model()?),
+            bone: bone.map(|bone| Table::indicator(&volume, bone)).transpose()?,
+            signal: Signal::new(Arc::new(scene.spectral_model()?)),
             accumulators,
             labels,
             volume,
@@ -89,21 +90,23 @@ impl Cpu {
     }
 
     /// All pixels of rows `first_row …` of a view, row-major.
-    fn band(&self, view: &ViewJob, layers: Layers, first_row: usize) -> Vec<PixelValue> {
+    fn band(&self, job: &Job<'_>, view: &ViewJob, first_row: usize) -> Result<Vec<PixelValue>> {
         let [width, height] = self.size;
         let [tile_rows, tile_columns] = self.tile_size();
         let rows = first_row..(first_row + tile_rows).min(height);
-        let own_signal = view.spectral.as_ref().map(Signal::new);
+        let own_signal = view.spectral.clone().map(Signal::new);
         let signal = own_signal.as_ref().unwrap_or(&self.signal);
-        let mut values = vec![PixelValue::vacuum(signal.i0()); rows.len() * width];
+        let vacuum = PixelValue::vacuum(signal.i0());
+        let mut values = filled(rows.len() * width, vacuum, "rows of the detector")?;
         for first_column in (0..width).step_by(tile_columns) {
             let columns = first_column..(first_column + tile_columns).min(width);
             let pixels: Vec<_> = rows.clone().flat_map(|j| columns.clone().map(move |i| (i, j))).collect();
-            for ((i, j), value) in pixels.iter().zip(self.tile(view, signal, layers, &pixels)) {
+            for ((i, j), value) in pixels.iter().zip(self.tile(view, signal, job.layers, &pixels)) {
                 values[(j - first_row) * width + i] = value;
             }
+            job.progress.finished(pixels.len() * self.supersampling * self.supersampling)?;
         }
-        values
+        Ok(values)
     }
 
     /// The values of some neighbouring pixels.
@@ -185,14 +188,14 @@ impl Cpu {
 impl Engine for Cpu {
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
         let images = Mutex::new(Images::zeroed(self.size, job.views.len(), self.materials, job.layers)?);
-        let rows = (0..self.size[1]).step_by(self.tile_size()[0]);
-        let bands: Vec<_> =
-            (0..job.views.len()).flat_map(|v| rows.clone().map(move |row| (v, row))).collect();
-        bands.par_iter().for_each(|&(v, row)| {
-            let values = self.band(&job.views[v], job.layers, row);
+        let rows = self.tile_size()[0];
+        let bands = self.size[1].div_ceil(rows);
+        (0..job.views.len() * bands).into_par_iter().try_for_each(|n| {
+            let (v, row) = (n / bands, n % bands * rows);
+            let values = self.band(job, &job.views[v], row)?;
             images.lock().unwrap_or_else(PoisonError::into_inner).store(v, row, &values, |x| x as f32);
-            (job.progress)(values.len() * self.supersampling * self.supersampling);
-        });
+            Ok(())
+        })?;
         Ok(images.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 }

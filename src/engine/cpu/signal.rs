@@ -1,5 +1,7 @@
 //! From areal densities to the detector's signal, in float32, eight energies at a time.
 
+use std::sync::Arc;
+
 use crate::physics::{MAX_MATERIALS, SpectralModel};
 
 /// Energies summed side by side; the compiler makes vectors of them.
@@ -13,7 +15,7 @@ type Wide = [f32; WIDTH];
 /// A spectral model laid out for float32.
 #[derive(Debug, Clone)]
 pub(super) struct Signal {
-    model: SpectralModel,
+    model: Arc<SpectralModel>,
     /// Weights, normalised to sum 1; the last bin is repeated with weight 0 to fill the last vector.
     weights: Vec<Wide>,
     /// Mass attenuation coefficients by label.
@@ -21,7 +23,7 @@ pub(super) struct Signal {
 }
 
 impl Signal {
-    pub(super) fn new(model: &SpectralModel) -> Self {
+    pub(super) fn new(model: Arc<SpectralModel>) -> Self {
         let wide = |values: &[f64], filler: f64| -> Vec<Wide> {
             let filled = |chunk: &[f64]| std::array::from_fn(|i| *chunk.get(i).unwrap_or(&filler) as f32);
             values.chunks(WIDTH).map(filled).collect()
@@ -31,9 +33,9 @@ impl Signal {
             wide(values, *values.last().unwrap_or(&0.0))
         };
         Self {
-            model: model.clone(),
             weights: wide(model.weights(), 0.0),
             coefficients: (0..model.materials()).map(coefficients).collect(),
+            model,
         }
     }
 
@@ -124,8 +126,8 @@ mod tests {
             let model = SpectralModel::new(&spectrum, &titanium).expect("valid");
             let mut areal_density = [0.0; MAX_MATERIALS];
             areal_density[0] = 8.0 * 4.54;
-            let (_, got) = Signal::new(&model).of(&areal_density, &mut Vec::new());
             let exact = model.line_integral(&areal_density[..1]);
+            let (_, got) = Signal::new(Arc::new(model)).of(&areal_density, &mut Vec::new());
             assert!((got - exact).abs() <= 2e-6 * exact + 1e-6, "weight {faint}: {got} for {exact}");
         }
     }

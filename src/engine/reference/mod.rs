@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use crate::allocation::reserved;
 use crate::engine::images::PixelValue;
 use crate::engine::{Engine, Images, Job, ViewJob};
 use crate::error::Result;
@@ -17,6 +18,10 @@ use crate::physics::{MAX_MATERIALS, SpectralModel};
 use crate::raycast::{Ray, Span};
 use crate::scene::{Algorithm, Scene};
 use crate::volume::Volume;
+
+/// Most rays that one thread casts between two reports of its progress, unless a single pixel has more. Callers may
+/// cancel at each.
+const REPORTED: usize = 512;
 
 /// Areal densities along a ray in (g/cm³)·(units of s), by label.
 type PerLabel = [f64; MAX_MATERIALS];
@@ -62,12 +67,19 @@ impl Reference {
     ) -> Result<Images<T>> {
         let images = Mutex::new(Images::zeroed(self.size, job.views.len(), self.materials, job.layers)?);
         let [width, height] = self.size;
-        let rows: Vec<_> = (0..job.views.len()).flat_map(|v| (0..height).map(move |j| (v, j))).collect();
-        rows.par_iter().for_each(|&(v, j)| {
-            let row: Vec<_> = (0..width).map(|i| self.pixel(&job.views[v], job, i, j)).collect();
+        let rays = self.supersampling * self.supersampling;
+        let piece = (REPORTED / rays).max(1);
+        (0..job.views.len() * height).into_par_iter().try_for_each(|n| {
+            let (v, j) = (n / height, n % height);
+            let mut row = reserved(width, "a row of the detector")?;
+            for first in (0..width).step_by(piece) {
+                let columns = first..(first + piece).min(width);
+                row.extend(columns.clone().map(|i| self.pixel(&job.views[v], job, i, j)));
+                job.progress.finished(columns.len() * rays)?;
+            }
             images.lock().unwrap_or_else(PoisonError::into_inner).store(v, j, &row, &convert);
-            (job.progress)(width * self.supersampling * self.supersampling);
-        });
+            Ok(())
+        })?;
         Ok(images.into_inner().unwrap_or_else(PoisonError::into_inner))
     }
 
@@ -82,7 +94,7 @@ impl Reference {
     }
 
     fn ray(&self, view: &ViewJob, job: &Job<'_>, ray: &Ray) -> PixelValue {
-        let spectral = view.spectral.as_ref().unwrap_or(&self.spectral);
+        let spectral = view.spectral.as_deref().unwrap_or(&self.spectral);
         let Some(span) = ray.clip(self.volume.grid().dimensions()) else {
             return PixelValue::vacuum(spectral.i0());
         };

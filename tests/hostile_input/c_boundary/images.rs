@@ -126,7 +126,7 @@ fn float32(struct_size: usize) -> impl Fn([*mut f32; 4]) -> DrrOutputs {
             outputs.assume_init()
         };
         assert_eq!(defaults.struct_size, size_of::<DrrOutputs>());
-        DrrOutputs { struct_size, intensity, line_integral, areal_density, bone_path_mm }
+        DrrOutputs { struct_size, intensity, line_integral, areal_density, bone_path_mm, ..defaults }
     }
 }
 
@@ -139,7 +139,7 @@ fn float64(struct_size: usize, places: [*mut f64; 4]) -> DrrReferenceOutputs {
         outputs.assume_init()
     };
     assert_eq!(defaults.struct_size, size_of::<DrrReferenceOutputs>());
-    DrrReferenceOutputs { struct_size, intensity, line_integral, areal_density, bone_path_mm }
+    DrrReferenceOutputs { struct_size, intensity, line_integral, areal_density, bone_path_mm, ..defaults }
 }
 
 /// Places for intensity, line integral, areal density and bone path.

@@ -1,5 +1,7 @@
 //! Runs a case on an engine and compares with the truth.
 
+use std::ops::ControlFlow;
+
 use drr::engine::{Backend, Images};
 use drr::physics::MAX_MATERIALS;
 use drr::{Algorithm, Context, Error, Projector};
@@ -53,9 +55,13 @@ impl<'a> Judge<'a> {
         scene.algorithm = of_set(self.algorithm, set);
         let projector = Projector::new(context, set.volume.clone(), scene)?;
         match context.backend() {
-            Backend::Cpu => Ok(projector.project(&set.views, set.layers, &|_| ())?.map(|&x| f64::from(x))),
+            Backend::Cpu => Ok(projector
+                .project(&set.views, set.layers, &|_| ControlFlow::Continue(()))?
+                .map(|&x| f64::from(x))),
             Backend::Reference => {
-                projector.reference(projector.scene().algorithm, &set.views, set.layers, &|_| ())
+                projector.reference(projector.scene().algorithm, &set.views, set.layers, &|_| {
+                    ControlFlow::Continue(())
+                })
             }
         }
     }

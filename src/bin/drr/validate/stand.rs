@@ -1,5 +1,6 @@
 //! A phantom as a volume, and the views it is seen in.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
@@ -68,7 +69,7 @@ impl Stand {
         let poses = self.poses(pixels);
         let views = poses.map(|pose| ViewRequest::from(View::Pose(pose)));
         let layers = Layers { line_integral: true, ..Layers::default() };
-        let quiet = |_: usize| ();
+        let quiet = |_: usize| ControlFlow::Continue(());
         let values: Vec<f64> = if algorithm == Algorithm::Exact {
             // Any algorithm will do for a projector that only lends its volume and scene.
             let projector = self.projector(Algorithm::Joseph, pixels)?;

@@ -1,5 +1,6 @@
 //! Voxels and numbers that are not numbers, or hardly: NaN, infinities, denormals, padding, the ends of int16.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use drr::geometry::{DetectorPose, Projection, View};
@@ -32,7 +33,7 @@ fn refusal(
 fn project(context: &Context, view: View) -> drr::Result<()> {
     let projector = Projector::new(context, water(unit_grid(SMALL)), Scene::new([1, 1])?)?;
     let layers = drr::engine::Layers { intensity: true, ..Default::default() };
-    projector.project(&[ViewRequest::from(view)], layers, &|_| ()).map(|_| ())
+    projector.project(&[ViewRequest::from(view)], layers, &|_| ControlFlow::Continue(())).map(|_| ())
 }
 
 fn not_numbers() -> Vec<Case> {

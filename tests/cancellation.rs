@@ -1,0 +1,69 @@
+//! A projection can be cancelled at any report of its progress, and then does no further work.
+#![allow(missing_docs, reason = "a test program")]
+
+mod support;
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use drr::engine::{Backend, Layers};
+use drr::{Context, Error, Projector, Scene, ViewRequest};
+use support::{awkward_grid, poses, quiet, requests, volume};
+
+const SIZE: [usize; 2] = [24, 17];
+const WANTED: Layers =
+    Layers { intensity: false, line_integral: true, areal_density: false, bone_path: false };
+
+/// Cancels at the given report; the error, and how often the caller was asked.
+fn cancelled(projector: &Projector, views: &[ViewRequest], at: usize) -> (Error, usize) {
+    let reports = AtomicUsize::new(0);
+    let report = |_| match reports.fetch_add(1, Ordering::Relaxed) + 1 {
+        n if n == at => ControlFlow::Break(()),
+        _ => ControlFlow::Continue(()),
+    };
+    let error = projector.project(views, WANTED, &report).expect_err("cancelled");
+    (error, reports.into_inner())
+}
+
+#[test]
+fn no_work_begins_after_a_break_and_the_projector_is_as_before() {
+    let volume = volume(awkward_grid([12, 10, 9]));
+    for backend in [Backend::Cpu, Backend::Reference] {
+        for threads in [1, 4] {
+            let context = Context::new(backend, threads).expect("threads start");
+            let scene = Scene { supersampling: 3, ..Scene::new(SIZE).expect("valid") };
+            let projector = Projector::new(&context, volume.clone(), scene).expect("valid");
+            let views = requests(poses(volume.grid(), SIZE).into_iter().take(2).map(|(_, pose)| pose));
+            let before = projector.project(&views, WANTED, &quiet).expect("projects");
+            for at in [1, 7] {
+                let (error, reports) = cancelled(&projector, &views, at);
+                assert_eq!(error, Error::Cancelled);
+                // Every other thread may have been about to report when this one was answered.
+                assert!((at..at + threads).contains(&reports), "{backend:?}: {reports} reports");
+            }
+            assert_eq!(projector.project(&views, WANTED, &quiet).expect("projects"), before);
+        }
+    }
+}
+
+#[test]
+fn all_rays_are_reported() {
+    let volume = volume(awkward_grid([12, 10, 9]));
+    for backend in [Backend::Cpu, Backend::Reference] {
+        for supersampling in [1, 3, 16] {
+            let size = [9, 3];
+            let scene = Scene { supersampling, ..Scene::new(size).expect("valid") };
+            let projector = support::projector(backend, &volume, scene);
+            let views = requests(poses(volume.grid(), size).into_iter().take(2).map(|(_, pose)| pose));
+            let (rays, most) = (AtomicUsize::new(0), AtomicUsize::new(0));
+            let report = |n| {
+                rays.fetch_add(n, Ordering::Relaxed);
+                most.fetch_max(n, Ordering::Relaxed);
+                ControlFlow::Continue(())
+            };
+            projector.project(&views, WANTED, &report).expect("projects");
+            assert_eq!(rays.into_inner(), 2 * projector.plan().rays_per_view());
+            assert!(most.into_inner() <= 1024, "as the documentation says of cancelling");
+        }
+    }
+}
