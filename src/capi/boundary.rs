@@ -58,7 +58,7 @@ mod tests {
         assert_eq!(message(), "internal error: bin 7 of 136");
         let refused = || Err(Error::OutOfMemory { what: "a\0b".into(), bytes: 3 });
         assert_eq!(guard(refused), DRR_STATUS_OUT_OF_MEMORY);
-        assert_eq!(message(), "out of memory: a\u{fffd}b needs 3 bytes");
+        assert_eq!(message(), "out of memory: 3 bytes for a\u{fffd}b");
         let other = std::thread::spawn(message).join().expect("does not panic");
         assert_eq!(other, "", "each thread has its own");
     }

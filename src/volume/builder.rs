@@ -220,7 +220,7 @@ impl VolumeBuilder {
                 && let Some(bad) = labels.iter().position(|label| !valid(label))
             {
                 let at = self.position(self.filled + bad);
-                return Err(Error::invalid(format!("label at voxel {at:?}"), labels[bad], "0 … 7"));
+                return Err(Error::invalid(format!("labels at voxel {at:?}"), labels[bad], "0 … 7"));
             }
         }
         Ok(self.filled..self.filled + count)
@@ -276,7 +276,7 @@ mod tests {
         let error = Volume::from_float32(grid(4), &hu, None, &how).expect_err("NaN");
         assert_eq!(error.to_string(), "hu at voxel [1, 0, 0] is NaN; valid: finite HU (2 are not)");
         let error = Volume::from_int16(grid(2), &[0, 0], Some(&[0, 8]), &how).expect_err("label 8");
-        assert_eq!(error.to_string(), "label at voxel [1, 0, 0] is 8; valid: 0 … 7");
+        assert_eq!(error.to_string(), "labels at voxel [1, 0, 0] is 8; valid: 0 … 7");
         assert!(Volume::from_int16(grid(3), &[0, 0], None, &how).is_err(), "a voxel is missing");
         assert!(Volume::from_int16(grid(1), &[0, 0], None, &how).is_err(), "a voxel too many");
     }
