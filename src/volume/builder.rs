@@ -177,12 +177,13 @@ impl VolumeBuilder {
         };
         let voxels = match self.store {
             Store::Int16 { code, codes, seen } => {
-                let table: Vec<Voxel> = (0..=u16::MAX).map(|c| code.meaning(c, &self.how)).collect();
-                table
-                    .iter()
-                    .zip(seen)
-                    .filter(|(_, seen)| seen.load(Ordering::Relaxed))
-                    .for_each(|(v, _)| note(*v));
+                let mut table = vec![Voxel::default(); seen.len()];
+                for (c, (voxel, seen)) in (0..=u16::MAX).zip(table.iter_mut().zip(seen)) {
+                    if seen.into_inner() {
+                        *voxel = code.meaning(c, &self.how);
+                        note(*voxel);
+                    }
+                }
                 Voxels::Coded { codes, table }
             }
             Store::Float32 { density, label } => {

@@ -131,7 +131,9 @@ impl Header {
                     let argument = format!("{}.{}", parameter.name, field.name);
                     let fallible = !ANYTHING_GOES.contains(&field.name.as_str());
                     let kinds = if fallible { field.kinds_of_field() } else { &[] };
-                    kinds.iter().for_each(|kind| demand(&argument, kind));
+                    for kind in kinds {
+                        demand(&argument, kind);
+                    }
                 }
             }
         }

@@ -1,0 +1,430 @@
+//! The C ABI called as a C program calls it, but from Rust: small enough that Miri, which sees every wrong access, can
+//! interpret it. `cargo +nightly miri test --no-default-features --test boundary` does.
+#![allow(missing_docs, reason = "a test program")]
+#![allow(unsafe_code, reason = "calls the C ABI")]
+
+use std::ffi::{CStr, c_char};
+use std::mem::MaybeUninit;
+use std::ptr::{null, null_mut};
+
+use drr::capi::context::*;
+use drr::capi::geometry::*;
+use drr::capi::outputs::*;
+use drr::capi::physics::*;
+use drr::capi::projector::*;
+use drr::capi::reference::*;
+use drr::capi::scene::*;
+use drr::capi::status::*;
+use drr::capi::version::*;
+use drr::capi::volume::*;
+use drr::shared::{DrrBool, ProjectionUniforms};
+
+const DIMENSIONS: [usize; 3] = [3, 2, 2];
+const VOXELS: usize = 12;
+const SIZE: [usize; 2] = [2, 2];
+const VIEWS: usize = 2;
+const PIXELS: usize = VIEWS * SIZE[0] * SIZE[1];
+const MATERIALS: usize = 4;
+/// keV 60 and 70: the built-in tables, which Miri is slow to parse, stay out of it.
+const ENERGIES: usize = 2;
+
+const HU: [i16; VOXELS] = [0, 40, -1000, 900, 1200, -32768, 0, -80, 300, 3071, -2048, 10];
+const LABELS: [u8; VOXELS] = [2, 2, 0, 3, 3, 0, 2, 1, 3, 3, 0, 2];
+const SPECTRUM: [f32; ENERGIES] = [0.25, 0.75];
+const ATTENUATION: [f32; MATERIALS * ENERGIES] = [0.19, 0.18, 0.20, 0.19, 0.21, 0.20, 0.31, 0.28];
+
+fn text(string: *const c_char) -> String {
+    // SAFETY: what the library returns is not null, ends in NUL and lives long enough.
+    unsafe { CStr::from_ptr(string) }.to_str().expect("UTF-8").to_owned()
+}
+
+fn message() -> String {
+    text(drr_last_error_message())
+}
+
+#[track_caller]
+fn ok(status: DrrStatus) {
+    assert_eq!(status, DRR_STATUS_OK, "{}", message());
+}
+
+#[track_caller]
+fn refused(status: DrrStatus, words: &str) {
+    assert_eq!(text(drr_status_name(status)), "DRR_STATUS_INVALID_ARGUMENT");
+    assert!(message().contains(words), "{}", message());
+}
+
+/// What an initialiser fills, all of it.
+fn initialised<T>(init: unsafe extern "C" fn(*mut T) -> DrrStatus) -> T {
+    let mut place = MaybeUninit::uninit();
+    // SAFETY: a place for one struct, which a successful call fills.
+    unsafe {
+        ok(init(place.as_mut_ptr()));
+        place.assume_init()
+    }
+}
+
+fn context(backend: DrrBackend, thread_count: u32) -> *mut DrrContext {
+    let options = DrrContextOptions { backend, thread_count, ..initialised(drr_context_options_init) };
+    let mut context = null_mut();
+    // SAFETY: options and a place for a handle.
+    ok(unsafe { drr_context_create(&raw const options, &raw mut context) });
+    context
+}
+
+fn descriptor() -> DrrVolumeDescriptor {
+    DrrVolumeDescriptor { dimensions: DIMENSIONS, ..initialised(drr_volume_descriptor_init) }
+}
+
+fn int16_labelled(context: *const DrrContext) -> *mut DrrVolume {
+    let (descriptor, mut volume) = (descriptor(), null_mut());
+    let (hu, labels) = (HU.as_ptr(), LABELS.as_ptr());
+    // SAFETY: a live context, as many voxels and labels as the descriptor says, a place for a handle.
+    ok(unsafe { drr_volume_create(context, &raw const descriptor, hu, labels, &raw mut volume) });
+    volume
+}
+
+fn float32_labelled(context: *const DrrContext) -> *mut DrrVolume {
+    let (descriptor, mut volume) = (descriptor(), null_mut());
+    let hu = HU.map(f32::from);
+    // SAFETY: as above, and as many labels.
+    let status = unsafe {
+        drr_volume_create_float32(
+            context,
+            &raw const descriptor,
+            hu.as_ptr(),
+            LABELS.as_ptr(),
+            &raw mut volume,
+        )
+    };
+    ok(status);
+    volume
+}
+
+fn scene(algorithm: DrrAlgorithm) -> DrrScene {
+    DrrScene {
+        detector_width: SIZE[0],
+        detector_height: SIZE[1],
+        spectrum: SPECTRUM.as_ptr(),
+        mass_attenuation: ATTENUATION.as_ptr(),
+        energy_count: ENERGIES,
+        first_energy_kev: 60.0,
+        energy_step_kev: 10.0,
+        effects: DRR_EFFECT_POLYENERGETIC | DRR_EFFECT_BONE_PATH,
+        algorithm,
+        ..initialised(drr_scene_init)
+    }
+}
+
+fn projector(volume: *const DrrVolume, scene: &DrrScene) -> *mut DrrProjector {
+    let mut projector = null_mut();
+    // SAFETY: a live volume, a scene whose tables are static, a place for a handle.
+    ok(unsafe { drr_projector_create(volume, scene, &raw mut projector) });
+    projector
+}
+
+fn poses() -> [DrrDetectorPose; VIEWS] {
+    [0.0, 60.0].map(|angle| {
+        let mut pose = MaybeUninit::uninit();
+        // SAFETY: three numbers, a place for one pose, which a successful call fills.
+        unsafe {
+            ok(drr_pose_c_arm(
+                [1.0, 0.5, 0.5].as_ptr(),
+                angle,
+                20.0,
+                30.0,
+                1.5,
+                SIZE[0],
+                SIZE[1],
+                pose.as_mut_ptr(),
+            ));
+            pose.assume_init()
+        }
+    })
+}
+
+fn uniforms() -> [ProjectionUniforms; VIEWS] {
+    poses().map(|pose| {
+        let mut view = MaybeUninit::uninit();
+        // SAFETY: one pose, a place for one struct, which a successful call fills.
+        unsafe {
+            ok(drr_uniforms_cone(&raw const pose, SIZE[0], SIZE[1], view.as_mut_ptr()));
+            view.assume_init()
+        }
+    })
+}
+
+/// A place for every layer.
+#[derive(Debug, Clone, PartialEq)]
+struct Images<T> {
+    intensity: [T; PIXELS],
+    line_integral: [T; PIXELS],
+    areal_density: [T; MATERIALS * PIXELS],
+    bone_path_mm: [T; PIXELS],
+}
+
+impl<T: Copy> Images<T> {
+    fn filled(value: T) -> Self {
+        Self {
+            intensity: [value; PIXELS],
+            line_integral: [value; PIXELS],
+            areal_density: [value; MATERIALS * PIXELS],
+            bone_path_mm: [value; PIXELS],
+        }
+    }
+}
+
+impl Images<f32> {
+    fn places(&mut self) -> DrrOutputs {
+        DrrOutputs {
+            intensity: self.intensity.as_mut_ptr(),
+            line_integral: self.line_integral.as_mut_ptr(),
+            areal_density: self.areal_density.as_mut_ptr(),
+            bone_path_mm: self.bone_path_mm.as_mut_ptr(),
+            ..initialised(drr_outputs_init)
+        }
+    }
+
+    fn of_poses(projector: *const DrrProjector) -> Self {
+        let mut images = Self::filled(f32::NAN);
+        let (poses, outputs) = (poses(), images.places());
+        // SAFETY: a live projector, poses and images of its size.
+        ok(unsafe { drr_projector_project_poses(projector, poses.as_ptr(), VIEWS, &raw const outputs) });
+        images
+    }
+
+    fn of_uniforms(projector: *const DrrProjector, views: &[ProjectionUniforms; VIEWS]) -> Self {
+        let mut images = Self::filled(f32::NAN);
+        let outputs = images.places();
+        // SAFETY: a live projector, views whose tables live, images of its size.
+        ok(unsafe { drr_projector_project(projector, views.as_ptr(), VIEWS, &raw const outputs) });
+        images
+    }
+}
+
+impl Images<f64> {
+    fn of_reference(projector: *const DrrProjector, algorithm: DrrAlgorithm) -> Self {
+        let mut images = Self::filled(f64::NAN);
+        let outputs = DrrReferenceOutputs {
+            intensity: images.intensity.as_mut_ptr(),
+            line_integral: images.line_integral.as_mut_ptr(),
+            areal_density: images.areal_density.as_mut_ptr(),
+            bone_path_mm: images.bone_path_mm.as_mut_ptr(),
+            ..initialised(drr_reference_outputs_init)
+        };
+        let poses = poses();
+        // SAFETY: a live projector, poses and images of its size.
+        let status =
+            unsafe { drr_reference_project(projector, algorithm, poses.as_ptr(), VIEWS, &raw const outputs) };
+        ok(status);
+        images
+    }
+}
+
+#[track_caller]
+fn assert_close(images: &[f32], reference: &[f64]) {
+    for (value, truth) in images.iter().zip(reference) {
+        assert!((f64::from(*value) - truth).abs() <= 1e-6 + 1e-5 * truth.abs(), "{value} is not {truth}");
+    }
+}
+
+/// Gives up what may be null.
+fn destroy(projector: *mut DrrProjector, volume: *mut DrrVolume, context: *mut DrrContext) {
+    // SAFETY: live handles or null, not used again.
+    unsafe {
+        ok(drr_projector_destroy(projector));
+        ok(drr_volume_destroy(volume));
+        ok(drr_context_destroy(context));
+    }
+}
+
+#[test]
+fn every_algorithm_writes_every_image_on_one_thread_and_on_two() {
+    for algorithm in [DRR_ALGORITHM_JOSEPH, DRR_ALGORITHM_MARCH, DRR_ALGORITHM_SIDDON] {
+        let [one, two] = [1, 2].map(|threads| {
+            let context = context(DRR_BACKEND_CPU, threads);
+            let volume = float32_labelled(context);
+            let projector = projector(volume, &scene(algorithm));
+            let images = Images::of_poses(projector);
+            let reference = Images::of_reference(projector, algorithm);
+            assert_close(&images.intensity, &reference.intensity);
+            assert_close(&images.line_integral, &reference.line_integral);
+            assert_close(&images.areal_density, &reference.areal_density);
+            assert_close(&images.bone_path_mm, &reference.bone_path_mm);
+            assert!(images.bone_path_mm.iter().any(|&mm| mm > 0.5));
+            destroy(projector, volume, context);
+            images
+        });
+        assert_eq!(one, two);
+    }
+}
+
+/// Miri's one volume of int16: it has tables of 65536 entries, which take Miri longer than all other tests together.
+#[test]
+fn voxels_of_int16_are_those_of_float32() {
+    let context = context(DRR_BACKEND_CPU, 1);
+    let [coded, dense] = [int16_labelled, float32_labelled].map(|make| {
+        let volume = make(context);
+        let projector = projector(volume, &scene(DRR_ALGORITHM_SIDDON));
+        let images = Images::of_poses(projector);
+        destroy(projector, volume, null_mut());
+        images
+    });
+    let densities = coded.areal_density.iter().zip(dense.areal_density);
+    assert!(densities.clone().all(|(a, b)| (a - b).abs() <= 1e-6 * b), "{coded:?} {dense:?}");
+    assert!(densities.clone().any(|(a, _)| *a > 0.1));
+    assert_eq!(coded.bone_path_mm, dense.bone_path_mm);
+    destroy(null_mut(), null_mut(), context);
+}
+
+#[test]
+fn views_bring_their_own_tables_and_exit_early() {
+    let context = context(DRR_BACKEND_AUTO, 2);
+    let volume = float32_labelled(context);
+    let projector = projector(volume, &scene(DRR_ALGORITHM_JOSEPH));
+    let plain = Images::of_uniforms(projector, &uniforms());
+
+    let spectrum = SPECTRUM.map(|weight| 2.0 * weight).to_vec();
+    let opaque = ATTENUATION.map(|mu| 1e4 * mu).to_vec();
+    let own = uniforms().map(|view| ProjectionUniforms {
+        spectrumLutAddress: spectrum.as_ptr().expose_provenance() as u64,
+        muLutAddress: opaque.as_ptr().expose_provenance() as u64,
+        // What C may leave in a bool.
+        enableEarlyExit: DrrBool(2),
+        ..view
+    });
+    let dark = Images::of_uniforms(projector, &own);
+    assert_eq!(dark.areal_density, plain.areal_density, "the layer forbids the exit");
+
+    let mut intensity = [f32::NAN; PIXELS];
+    let outputs = DrrOutputs { intensity: intensity.as_mut_ptr(), ..initialised(drr_outputs_init) };
+    // SAFETY: a live projector, views whose tables live, one image of its size.
+    ok(unsafe { drr_projector_project(projector, own.as_ptr(), VIEWS, &raw const outputs) });
+    for (stopped, full) in intensity.iter().zip(dark.intensity) {
+        assert!((stopped - full).abs() <= 2.0 * (-15.0_f32).exp(), "{stopped} and {full}");
+    }
+    assert!(plain.intensity.iter().zip(intensity).any(|(bright, dark)| dark < 0.5 * bright));
+    drop((spectrum, opaque));
+    destroy(projector, volume, context);
+}
+
+#[test]
+fn the_reference_engine_integrates_exactly() {
+    let context = context(DRR_BACKEND_REFERENCE, 1);
+    let volume = float32_labelled(context);
+    let projector = projector(volume, &scene(DRR_ALGORITHM_EXACT));
+    let images = Images::of_poses(projector);
+    assert_close(&images.areal_density, &Images::of_reference(projector, DRR_ALGORITHM_EXACT).areal_density);
+    // SAFETY: the string lives as long as the projector.
+    let plan = text(unsafe { drr_projector_describe(projector) });
+    assert!(plan.contains("exact"), "{plan}");
+    destroy(projector, volume, context);
+}
+
+#[test]
+fn a_failing_call_writes_nothing_and_says_why() {
+    let context = context(DRR_BACKEND_CPU, 1);
+    let volume = float32_labelled(context);
+    let projector = projector(volume, &scene(DRR_ALGORITHM_SIDDON));
+    let mut images = Images::filled(42.0_f32);
+    let (good, views, outputs) = (poses(), uniforms(), images.places());
+    let mut bad = good;
+    bad[1].source[2] = f64::NAN;
+    let lut = [1.0_f32, f32::NAN];
+    let mut bad_views = views;
+    bad_views[1].spectrumLutAddress = lut.as_ptr().expose_provenance() as u64;
+    let mut askew_views = views;
+    askew_views[0].muLutAddress = lut.as_ptr().expose_provenance() as u64 + 1;
+    let odd = outputs.intensity.wrapping_byte_add(1);
+    let misaligned = DrrOutputs { intensity: odd, ..outputs };
+    let older = DrrOutputs { struct_size: 8, ..outputs };
+    let mut place = null_mut();
+    let (hu, mut labels, descriptor) = (HU.map(f32::from), LABELS, descriptor());
+    labels[11] = 8;
+    // SAFETY: live handles, or pointers that are refused before anything is read behind them.
+    unsafe {
+        let project = |poses, count, outputs| drr_projector_project_poses(projector, poses, count, outputs);
+        refused(project(null(), VIEWS, &raw const outputs), "poses is NULL");
+        refused(project(good.as_ptr(), 0, &raw const outputs), "view_count is 0");
+        refused(project(good.as_ptr(), usize::MAX, &raw const outputs), "view_count is");
+        refused(project(bad.as_ptr(), VIEWS, &raw const outputs), "poses[1].source is");
+        refused(project(good.as_ptr(), VIEWS, null()), "outputs is NULL");
+        refused(project(good.as_ptr(), VIEWS, &raw const misaligned), "outputs.intensity is 0x");
+        refused(project(good.as_ptr(), VIEWS, &raw const older), "outputs.struct_size is 8");
+        let project = |views| drr_projector_project(projector, views, VIEWS, &raw const outputs);
+        refused(project(bad_views.as_ptr()), "views[1].spectrumLutAddress[1] is NaN");
+        refused(project(askew_views.as_ptr()), "views[0].muLutAddress is 0x");
+        refused(project(views.as_ptr().wrapping_byte_add(4)), "views is 0x");
+        let of_volume = volume.cast_const().cast::<DrrProjector>();
+        let status = drr_projector_project_poses(of_volume, good.as_ptr(), VIEWS, &raw const outputs);
+        refused(status, "projector is no such handle");
+        assert!(drr_projector_describe(null()).is_null());
+        let mut create = |hu, labels| {
+            drr_volume_create_float32(context, &raw const descriptor, hu, labels, &raw mut place)
+        };
+        refused(create(hu.as_ptr(), labels.as_ptr()), "labels at voxel [2, 1, 1] is 8");
+        refused(drr_context_destroy(volume.cast()), "context is no such handle");
+        refused(drr_context_options_init(null_mut()), "options is NULL");
+    }
+    assert!(place.is_null());
+    assert_eq!(images, Images::filled(42.0));
+    let other = std::thread::spawn(message).join().expect("does not panic");
+    assert_eq!(other, "", "each thread has its own");
+    Images::of_poses(projector);
+    assert!(message().contains("options is NULL"), "a success leaves the message: {}", message());
+    destroy(projector, volume, context);
+}
+
+#[test]
+fn handles_go_in_any_order() {
+    for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+        let context = context(DRR_BACKEND_CPU, 1);
+        let volume = float32_labelled(context);
+        let projector = projector(volume, &scene(DRR_ALGORITHM_JOSEPH));
+        for handle in order {
+            match handle {
+                0 => destroy(null_mut(), null_mut(), context),
+                1 => destroy(null_mut(), volume, null_mut()),
+                _ => {
+                    Images::of_poses(projector);
+                    destroy(projector, null_mut(), null_mut());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn one_projector_serves_two_threads() {
+    struct Shared(*const DrrProjector);
+    // SAFETY: a projector is immutable, and the header lets any number of threads use one.
+    unsafe impl Sync for Shared {}
+
+    let context = context(DRR_BACKEND_CPU, 2);
+    let volume = float32_labelled(context);
+    let projector = projector(volume, &scene(DRR_ALGORITHM_SIDDON));
+    let shared = &Shared(projector);
+    let expected = Images::of_poses(shared.0);
+    std::thread::scope(|threads| {
+        for _ in 0..2 {
+            threads.spawn(|| assert_eq!(Images::of_poses({ shared }.0), expected));
+        }
+    });
+    destroy(projector, volume, context);
+}
+
+#[test]
+fn built_in_tables_are_copied_to_the_caller() {
+    let mut factors = [f32::NAN; 2];
+    let place = factors.as_mut_ptr();
+    // SAFETY: names that end in NUL, a place for two numbers.
+    unsafe {
+        ok(drr_physics_detector(c"ideal".as_ptr(), 60.0, 10.0, 2, place));
+        assert_eq!(factors, [1.0, 1.0]);
+        ok(drr_physics_detector(c"top_counting".as_ptr(), 60.0, 10.0, 2, place));
+        assert!(factors.iter().all(|&factor| factor > 0.0 && factor < 1.0), "{factors:?}");
+        refused(drr_physics_detector(c"\xff".as_ptr(), 60.0, 10.0, 2, place), "name is");
+        refused(drr_physics_spectrum(null(), 60.0, 10.0, 2, place), "name is NULL");
+        refused(drr_physics_mass_attenuation(c"".as_ptr(), 60.0, 10.0, 0, place), "energy_count is 0");
+    }
+    assert!(!text(drr_version()).is_empty() && drr_version_number() > 0);
+}
