@@ -239,23 +239,27 @@ fn destroy(projector: *mut DrrProjector, volume: *mut DrrVolume, context: *mut D
 
 #[test]
 fn every_algorithm_writes_every_image_on_one_thread_and_on_two() {
-    for algorithm in [DRR_ALGORITHM_JOSEPH, DRR_ALGORITHM_MARCH, DRR_ALGORITHM_SIDDON] {
-        let [one, two] = [1, 2].map(|threads| {
-            let context = context(DRR_BACKEND_CPU, threads);
-            let volume = float32_labelled(context);
+    let [one, two] = [1, 2].map(|threads| {
+        let context = context(DRR_BACKEND_CPU, threads);
+        let volume = float32_labelled(context);
+        let images = [DRR_ALGORITHM_JOSEPH, DRR_ALGORITHM_MARCH, DRR_ALGORITHM_SIDDON].map(|algorithm| {
             let projector = projector(volume, &scene(algorithm));
             let images = Images::of_poses(projector);
-            let reference = Images::of_reference(projector, algorithm);
-            assert_close(&images.intensity, &reference.intensity);
-            assert_close(&images.line_integral, &reference.line_integral);
-            assert_close(&images.areal_density, &reference.areal_density);
-            assert_close(&images.bone_path_mm, &reference.bone_path_mm);
+            if threads == 1 {
+                let reference = Images::of_reference(projector, algorithm);
+                assert_close(&images.intensity, &reference.intensity);
+                assert_close(&images.line_integral, &reference.line_integral);
+                assert_close(&images.areal_density, &reference.areal_density);
+                assert_close(&images.bone_path_mm, &reference.bone_path_mm);
+            }
             assert!(images.bone_path_mm.iter().any(|&mm| mm > 0.5));
-            destroy(projector, volume, context);
+            destroy(projector, null_mut(), null_mut());
             images
         });
-        assert_eq!(one, two);
-    }
+        destroy(null_mut(), volume, context);
+        images
+    });
+    assert_eq!(one, two);
 }
 
 /// Miri's one volume of int16: it has tables of 65536 entries, which take Miri longer than all other tests together.
@@ -385,7 +389,10 @@ fn handles_go_in_any_order() {
                 0 => destroy(null_mut(), null_mut(), context),
                 1 => destroy(null_mut(), volume, null_mut()),
                 _ => {
-                    Images::of_poses(projector);
+                    // Alive though what it was made from may be gone.
+                    if order[2] == 2 {
+                        Images::of_poses(projector);
+                    }
                     destroy(projector, null_mut(), null_mut());
                 }
             }
@@ -415,7 +422,7 @@ fn one_projector_serves_two_threads() {
 #[test]
 fn built_in_tables_are_copied_to_the_caller() {
     let mut factors = [f32::NAN; 2];
-    let place = factors.as_mut_ptr();
+    let place = (&raw mut factors).cast::<f32>();
     // SAFETY: names that end in NUL, a place for two numbers.
     unsafe {
         ok(drr_physics_detector(c"ideal".as_ptr(), 60.0, 10.0, 2, place));
