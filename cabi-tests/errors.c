@@ -1,5 +1,5 @@
-/* Bad values of every argument of every function: a status, a message that names argument, value and what is valid, nothing
- * written, and a library that goes on working. */
+/* Bad values of every argument of every function: a status, a message that names argument, value and what is valid,
+ * nothing written, and a library that goes on working. */
 #include "context_rows.h"
 #include "projection_rows.h"
 #include "scene_rows.h"

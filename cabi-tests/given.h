@@ -1,5 +1,5 @@
-/* What the functions are given: good arguments, and all that they point to, in one block of memory. That the block is the
- * same after a call as before says that nothing was written. */
+/* What the functions are given: good arguments, and all that they point to, in one block of memory. That the block is
+ * the same after a call as before says that nothing was written. */
 #ifndef GIVEN_H
 #define GIVEN_H
 

@@ -37,9 +37,12 @@ static void last_energy_huge(Given *g) {
 #define NUMBER_ROW(f, field, type, kind, number, value, valid) \
     {f, #field, kind, NULL, PUT(field, type, number), INVALID, #field " is " value ";", valid}
 #define POSITIVE_NUMBER_ROWS(f, field, valid)                                                                  \
-    NUMBER_ROW(f, field, double, "zero", 0.0, "0", valid), NUMBER_ROW(f, field, double, "negative", -15.0, "-15", valid), \
-    NUMBER_ROW(f, field, double, "NaN", NAN, "NaN", valid), NUMBER_ROW(f, field, double, "+Inf", INFINITY, "inf", valid), \
-    NUMBER_ROW(f, field, double, "-Inf", -INFINITY, "-inf", valid), NUMBER_ROW(f, field, double, "huge", 1e300, "1e300", valid)
+    NUMBER_ROW(f, field, double, "zero", 0.0, "0", valid),                                                     \
+    NUMBER_ROW(f, field, double, "negative", -15.0, "-15", valid),                                             \
+    NUMBER_ROW(f, field, double, "NaN", NAN, "NaN", valid),                                                    \
+    NUMBER_ROW(f, field, double, "+Inf", INFINITY, "inf", valid),                                              \
+    NUMBER_ROW(f, field, double, "-Inf", -INFINITY, "-inf", valid),                                            \
+    NUMBER_ROW(f, field, double, "huge", 1e300, "1e300", valid)
 #define NOT_TABULATED_ROW(f, field, type, number, value)                                                       \
     {f, #field, "not tabulated", NULL, PUT(field, type, number), INVALID,                                      \
      "first_energy_kev + " value " keV;", "whole keV from 15 to 150"}

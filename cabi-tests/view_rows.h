@@ -5,7 +5,8 @@
 #include "scene_rows.h"
 
 static DrrStatus call_uniforms_cone(const Given *g) {
-    return drr_uniforms_cone((const DrrDetectorPose *)g->pose, g->width, g->height, (ProjectionUniforms *)g->uniforms);
+    return drr_uniforms_cone((const DrrDetectorPose *)g->pose, g->width, g->height,
+                             (ProjectionUniforms *)g->uniforms);
 }
 static DrrStatus call_pose_c_arm(const Given *g) {
     return drr_pose_c_arm((const double *)g->centre, g->angle_degrees, g->source_axis_mm, g->source_detector_mm,

@@ -1,5 +1,5 @@
-//! Whether the tables of refused calls (`cabi-tests/errors.c`) have a row for every way in which every argument of every
-//! function of the header, and every field of what an argument points to, can be wrong.
+//! Whether the tables of refused calls (`cabi-tests/errors.c`) have a row for every way in which every argument of
+//! every function of the header, and every field of what an argument points to, can be wrong.
 
 use std::collections::{BTreeMap, BTreeSet};
 
