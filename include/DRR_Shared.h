@@ -306,15 +306,16 @@ typedef struct DrrScene {
     size_t material_count;
     /// Energies, 1 to 4096. Default 136.
     size_t energy_count;
-    /// The first energy, keV, above 0. Default 15. Built-in tables hold whole energies from 15 to 150 keV and are
-    /// not interpolated.
+    /// The first energy, keV, above 0; the last is at most 1e6. Default 15. Built-in tables hold whole energies from
+    /// 15 to 150 keV and are not interpolated.
     double first_energy_kev;
-    /// From one energy to the next, keV, at least 1e-6. Default 1.
+    /// From one energy to the next, keV, 1e-6 to 1e6. Default 1.
     double energy_step_kev;
     /// The energy of every photon, keV, when DRR_EFFECT_POLYENERGETIC is not set; must be one of the energies.
     /// Spectrum and detector response are then not read, and a ray that meets nothing has intensity 1. Default 70.
     double mono_energy_kev;
-    /// Distance of samples for DRR_ALGORITHM_MARCH, voxels along the driving axis, 1/64 to 8. Default 0.5.
+    /// Distance of samples for DRR_ALGORITHM_MARCH, voxels along the driving axis, 1/64 to 8. Not read for other
+    /// algorithms. Default 0.5.
     double step_voxels;
     /// DRR_EFFECT bits. Default DRR_EFFECT_POLYENERGETIC.
     DrrEffects effects;
@@ -375,9 +376,9 @@ DrrStatus drr_uniforms_cone(const struct DrrDetectorPose *pose,
 /// along +x, rows along +z; `angle_degrees` turns source and detector about the z axis. The specification's stereo
 /// pair is -6 and +6.
 ///
-/// `source_axis_mm` is from the source to `centre`, at least 0; `source_detector_mm` from the source to the
-/// detector, above 0; `pixel_mm` the side of a pixel, above 0. The detector of `width` x `height` pixels is centred
-/// on the central ray. Writes `*pose` on success only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
+/// `source_axis_mm` is from the source to `centre`, 0 to 1e10; `source_detector_mm` from the source to the detector,
+/// 1e-12 to 1e10; `pixel_mm` the side of a pixel, 1e-12 to 1e10. The detector of `width` x `height` pixels is
+/// centred on the central ray. Writes `*pose` on success only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
 DrrStatus drr_pose_c_arm(const double *centre,
                          double angle_degrees,
                          double source_axis_mm,

@@ -45,6 +45,9 @@ pub enum Error {
     },
 }
 
+/// The largest integer has as many digits, and a float of the size of things no more.
+const MOST_DIGITS: usize = 20;
+
 impl Error {
     /// An argument outside its range: its name, the value given, the valid range.
     pub fn invalid(
@@ -52,11 +55,15 @@ impl Error {
         value: impl std::fmt::Display,
         valid: impl Into<String>,
     ) -> Self {
-        Self::InvalidArgument { argument: argument.into(), value: value.to_string(), valid: valid.into() }
+        let value = value.to_string();
+        // The largest float has 309 digits; its exponent says more.
+        let value = match value.parse::<f64>() {
+            Ok(number) if value.len() > MOST_DIGITS => format!("{number:e}"),
+            _ => value,
+        };
+        Self::InvalidArgument { argument: argument.into(), value, valid: valid.into() }
     }
-}
 
-impl Error {
     /// The same error about a part of `whole`: its argument is called `whole.argument`.
     #[must_use]
     pub fn of(self, whole: &str) -> Self {
@@ -67,7 +74,45 @@ impl Error {
             other => other,
         }
     }
+
+    /// The same error to a caller who knows the argument `from`, or that which `from` begins, as `to`.
+    #[must_use]
+    pub(crate) fn called(self, from: &str, to: &str) -> Self {
+        match self {
+            Self::InvalidArgument { argument, value, valid } => {
+                let argument = match argument.strip_prefix(from) {
+                    Some(rest) => format!("{to}{rest}"),
+                    None => argument,
+                };
+                Self::InvalidArgument { argument, value, valid }
+            }
+            other => other,
+        }
+    }
 }
 
 /// A result of this library.
 pub type Result<T> = std::result::Result<T, Error>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_written_in_full_until_that_hides_their_size() {
+        let message = |value: &dyn std::fmt::Display| Error::invalid("n", value, "less").to_string();
+        assert_eq!(message(&u64::MAX), "n is 18446744073709551615; valid: less");
+        assert_eq!(message(&-0.300_000_000_000_000_04), "n is -0.30000000000000004; valid: less");
+        assert_eq!(message(&f64::MAX), "n is 1.7976931348623157e308; valid: less");
+        assert_eq!(message(&-1e-300), "n is -1e-300; valid: less");
+        assert_eq!(message(&"not a number, but long"), "n is not a number, but long; valid: less");
+    }
+
+    #[test]
+    fn an_argument_is_called_what_its_caller_calls_it() {
+        let error = Error::invalid("spectrum[7]", -1, "at least 0");
+        assert_eq!(error.clone().of("scene").to_string(), "scene.spectrum[7] is -1; valid: at least 0");
+        assert_eq!(error.clone().called("spectrum", "lut").to_string(), "lut[7] is -1; valid: at least 0");
+        assert_eq!(error.clone().called("trum", "lut"), error);
+    }
+}

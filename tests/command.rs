@@ -363,7 +363,7 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
         ("--dims", vec!["project", "--ct", "ct.nii.gz", "--dims", "24,20,18"]),
         ("--spacing", vec!["project", "--ct", "ct.raw", "--dims", "24,20,18"]),
         ("--labels", [&["project"], &ct[..], &["--labels", "ct.raw"]].concat()),
-        ("label at voxel", [&["project"], &ct[..], &["--labels", "labels8.raw"]].concat()),
+        ("labels at voxel", [&["project"], &ct[..], &["--labels", "labels8.raw"]].concat()),
         ("--spectrum", vec!["project", "--spectrum", "W121"]),
         ("--materials", vec!["project", "--spectrum", "half.csv"]),
         ("--spacing", vec!["project", "--ct", "ct.raw", "--dims", "24,20,18", "--spacing", "0,1,1"]),

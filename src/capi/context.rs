@@ -56,7 +56,7 @@ fn backend(code: DrrBackend) -> Result<Backend> {
     match code {
         DRR_BACKEND_AUTO | DRR_BACKEND_CPU => Ok(Backend::Cpu),
         DRR_BACKEND_REFERENCE => Ok(Backend::Reference),
-        _ => Err(Error::invalid("options.backend", code, "one of the DRR_BACKEND constants")),
+        _ => Err(Error::invalid("options.backend", code, "one of the DRR_BACKEND constants, 0 … 2")),
     }
 }
 
@@ -85,7 +85,8 @@ pub unsafe extern "C" fn drr_context_create(
             // SAFETY: the C caller passes a struct of the size that it says.
             unsafe { options::read("options", options)? }
         };
-        let made = Context::new(backend(options.backend)?, options.thread_count as usize)?;
+        let made = Context::new(backend(options.backend)?, options.thread_count as usize)
+            .map_err(|error| error.called("threads", "options.thread_count"))?;
         // SAFETY: `context` is not null and aligned; the C caller passes a place for one handle.
         unsafe { context.write(handle::create(made)) };
         Ok(())

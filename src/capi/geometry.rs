@@ -6,9 +6,12 @@ use crate::capi::boundary::guard;
 use crate::capi::memory;
 use crate::capi::status::DrrStatus;
 use crate::error::{Error, Result};
-use crate::geometry::{DetectorPose, Projection};
+use crate::geometry::{DetectorPose, MAX_COORDINATE, Projection, check_coordinates};
 use crate::scene::MAX_DETECTOR;
 use crate::shared::ProjectionUniforms;
+
+/// Smallest length of a C-arm that is not 0, mm: what is made from it does not underflow.
+const MIN_LENGTH: f64 = 1e-12;
 
 /// A point source and a flat detector, world mm. The centre of pixel (i, j), i = column, is at
 /// first_pixel + i × column_step + j × row_step. The struct never grows: arrays of it are passed.
@@ -76,7 +79,7 @@ pub unsafe extern "C" fn drr_uniforms_cone(
         let projection = Projection::from_pose(&pose.into(), detector(width, height)?)
             .map_err(|error| error.of("pose"))?;
         let rounded = ProjectionUniforms::from(&projection);
-        Projection::from(&rounded).validate()?;
+        Projection::from(&rounded).validate().map_err(|error| error.of("pose in float32"))?;
         // SAFETY: not null, aligned; the C caller passes a place for one struct.
         unsafe { uniforms.write(rounded) };
         Ok(())
@@ -87,9 +90,9 @@ pub unsafe extern "C" fn drr_uniforms_cone(
 /// along +x, rows along +z; `angle_degrees` turns source and detector about the z axis. The specification's stereo
 /// pair is -6 and +6.
 ///
-/// `source_axis_mm` is from the source to `centre`, at least 0; `source_detector_mm` from the source to the
-/// detector, above 0; `pixel_mm` the side of a pixel, above 0. The detector of `width` × `height` pixels is centred
-/// on the central ray. Writes `*pose` on success only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
+/// `source_axis_mm` is from the source to `centre`, 0 to 1e10; `source_detector_mm` from the source to the detector,
+/// 1e-12 to 1e10; `pixel_mm` the side of a pixel, 1e-12 to 1e10. The detector of `width` × `height` pixels is
+/// centred on the central ray. Writes `*pose` on success only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_pose_c_arm(
     centre: *const f64,
@@ -105,14 +108,14 @@ pub unsafe extern "C" fn drr_pose_c_arm(
         memory::check("pose", pose, 1)?;
         // SAFETY: the C caller passes three numbers.
         let centre = DVec3::from_slice(unsafe { memory::read_array("centre", centre, 3)? });
-        for (name, value, zero) in [
-            ("source_axis_mm", source_axis_mm, true),
-            ("source_detector_mm", source_detector_mm, false),
-            ("pixel_mm", pixel_mm, false),
+        check_coordinates("centre", centre)?;
+        for (name, value, least) in [
+            ("source_axis_mm", source_axis_mm, 0.0),
+            ("source_detector_mm", source_detector_mm, MIN_LENGTH),
+            ("pixel_mm", pixel_mm, MIN_LENGTH),
         ] {
-            if !(value.is_finite() && (value > 0.0 || zero && value == 0.0)) {
-                let valid = if zero { "finite, at least 0 mm" } else { "finite, above 0 mm" };
-                return Err(Error::invalid(name, value, valid));
+            if !(least..=MAX_COORDINATE).contains(&value) {
+                return Err(Error::invalid(name, value, format!("{least:e} … {MAX_COORDINATE:e} mm")));
             }
         }
         if !angle_degrees.is_finite() {

@@ -7,7 +7,8 @@ use crate::capi::memory;
 use crate::capi::projector::ProjectorValue;
 use crate::capi::scene::{material_names, widened};
 use crate::error::{Error, Result};
-use crate::physics::{MassAttenuation, SpectralModel, Spectrum};
+use crate::physics::{EnergyGrid, MassAttenuation, SpectralModel, Spectrum};
+use crate::scene::check_i0;
 use crate::shared::{DrrAddress, ProjectionUniforms};
 
 /// The spectral models of one call's views. Views with the same addresses share one.
@@ -65,11 +66,20 @@ unsafe fn read(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> R
             table("muLutAddress", mu, materials * energies.count())?,
         )
     };
-    let own_spectrum = weights.map(|w| Spectrum::new("the view's spectrum", energies, w)).transpose()?;
-    let own_materials =
-        coefficients.map(|c| MassAttenuation::new(energies, material_names(materials), c)).transpose()?;
+    let own_spectrum = weights.map(|w| own_spectrum(energies, w)).transpose()?;
+    let own_materials = coefficients
+        .map(|c| MassAttenuation::new(energies, material_names(materials), c))
+        .transpose()
+        .map_err(|error| error.called("mass_attenuation", "muLutAddress"))?;
     let spectrum = own_spectrum.as_ref().unwrap_or(&scene.spectrum);
     SpectralModel::new(spectrum, own_materials.as_ref().unwrap_or(&scene.materials))
+}
+
+fn own_spectrum(energies: EnergyGrid, weights: Vec<f64>) -> Result<Spectrum> {
+    let spectrum = Spectrum::new("the view's spectrum", energies, weights);
+    spectrum
+        .and_then(|spectrum| check_i0(spectrum.total()).map(|()| spectrum))
+        .map_err(|error| error.called("spectrum", "spectrumLutAddress"))
 }
 
 /// The floats at an address; `None` for 0.

@@ -22,7 +22,10 @@ pub unsafe extern "C" fn drr_physics_spectrum(
     weights: *mut f32,
 ) -> DrrStatus {
     let energies = (first_energy_kev, energy_step_kev, energy_count);
-    let values = |name: &str, grid| Ok(Spectrum::named(name, grid)?.weights().to_vec());
+    let values = |name: &str, grid| {
+        let spectrum = Spectrum::named(name, grid).map_err(|error| error.called("spectrum's", "weights'"));
+        Ok(spectrum.map_err(|error| error.called("spectrum", "name"))?.weights().to_vec())
+    };
     // SAFETY: the C caller's promises are the same.
     guard(|| unsafe { fill(name, energies, "weights", weights, values) })
 }
@@ -40,7 +43,10 @@ pub unsafe extern "C" fn drr_physics_mass_attenuation(
     coefficients: *mut f32,
 ) -> DrrStatus {
     let energies = (first_energy_kev, energy_step_kev, energy_count);
-    let values = |name: &str, grid| Ok(MassAttenuation::named(&[name], grid)?.coefficients(0).to_vec());
+    let values = |name: &str, grid| {
+        let material = MassAttenuation::named(&[name], grid);
+        Ok(material.map_err(|error| error.called("materials[0]", "name"))?.coefficients(0).to_vec())
+    };
     // SAFETY: the C caller's promises are the same.
     guard(|| unsafe { fill(name, energies, "coefficients", coefficients, values) })
 }
@@ -59,7 +65,10 @@ pub unsafe extern "C" fn drr_physics_detector(
     factors: *mut f32,
 ) -> DrrStatus {
     let energies = (first_energy_kev, energy_step_kev, energy_count);
-    let values = |name: &str, grid| Ok(DetectorResponse::named(name, grid)?.factors().to_vec());
+    let values = |name: &str, grid| {
+        let response = DetectorResponse::named(name, grid);
+        Ok(response.map_err(|error| error.called("detector_response", "name"))?.factors().to_vec())
+    };
     // SAFETY: the C caller's promises are the same.
     guard(|| unsafe { fill(name, energies, "factors", factors, values) })
 }

@@ -60,7 +60,8 @@ pub unsafe extern "C" fn drr_projector_create(
         let given = unsafe { options::read("scene", scene)? };
         // SAFETY: the C caller's tables are as the fields' descriptions say.
         let scene = unsafe { given.read()? };
-        let made = Projector::new(&volume.context, volume.volume.clone(), scene)?;
+        let made = Projector::new(&volume.context, volume.volume.clone(), scene)
+            .map_err(|error| error.called("scene.materials", "scene.mass_attenuation"))?;
         let plan = CString::new(made.plan().to_json()).unwrap_or_default();
         let value = ProjectorValue {
             projector: made,

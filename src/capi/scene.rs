@@ -7,7 +7,7 @@ use crate::capi::options::{self, Options};
 use crate::capi::status::DrrStatus;
 use crate::error::{Error, Result};
 use crate::physics::{DetectorResponse, EnergyGrid, MAX_MATERIALS, MassAttenuation, Spectrum};
-use crate::scene::{Algorithm, STEP_RANGE, Scene};
+use crate::scene::{Algorithm, Scene};
 
 /// What a scene simulates: DRR_EFFECT bits. Unknown bits are refused.
 pub type DrrEffects = u32;
@@ -53,15 +53,16 @@ pub struct DrrScene {
     pub material_count: usize,
     /// Energies, 1 to 4096. Default 136.
     pub energy_count: usize,
-    /// The first energy, keV, above 0. Default 15. Built-in tables hold whole energies from 15 to 150 keV and are
-    /// not interpolated.
+    /// The first energy, keV, above 0; the last is at most 1e6. Default 15. Built-in tables hold whole energies from
+    /// 15 to 150 keV and are not interpolated.
     pub first_energy_kev: f64,
-    /// From one energy to the next, keV, at least 1e-6. Default 1.
+    /// From one energy to the next, keV, 1e-6 to 1e6. Default 1.
     pub energy_step_kev: f64,
     /// The energy of every photon, keV, when DRR_EFFECT_POLYENERGETIC is not set; must be one of the energies.
     /// Spectrum and detector response are then not read, and a ray that meets nothing has intensity 1. Default 70.
     pub mono_energy_kev: f64,
-    /// Distance of samples for DRR_ALGORITHM_MARCH, voxels along the driving axis, 1/64 to 8. Default 0.5.
+    /// Distance of samples for DRR_ALGORITHM_MARCH, voxels along the driving axis, 1/64 to 8. Not read for other
+    /// algorithms. Default 0.5.
     pub step_voxels: f64,
     /// DRR_EFFECT bits. Default DRR_EFFECT_POLYENERGETIC.
     pub effects: DrrEffects,
@@ -103,20 +104,14 @@ unsafe impl Options for DrrScene {
 
 const _: () = assert!(size_of::<DrrScene>() == SCENE_SIZE);
 
-/// An algorithm by its constant; `step` is for the march.
+/// An algorithm by its constant; `step` is for the march, and not checked here.
 pub(super) fn algorithm(code: DrrAlgorithm, step: f64) -> Result<Algorithm> {
     match code {
         DRR_ALGORITHM_JOSEPH => Ok(Algorithm::Joseph),
-        DRR_ALGORITHM_MARCH if (STEP_RANGE[0]..=STEP_RANGE[1]).contains(&step) => {
-            Ok(Algorithm::March { step })
-        }
-        DRR_ALGORITHM_MARCH => {
-            let valid = format!("{} … {} voxels", STEP_RANGE[0], STEP_RANGE[1]);
-            Err(Error::invalid("scene.step_voxels", step, valid))
-        }
+        DRR_ALGORITHM_MARCH => Ok(Algorithm::March { step }),
         DRR_ALGORITHM_SIDDON => Ok(Algorithm::Siddon),
         DRR_ALGORITHM_EXACT => Ok(Algorithm::Exact),
-        _ => Err(Error::invalid("algorithm", code, "one of the DRR_ALGORITHM constants")),
+        _ => Err(Error::invalid("algorithm", code, "one of the DRR_ALGORITHM constants, 0 … 3")),
     }
 }
 
@@ -138,6 +133,7 @@ impl DrrScene {
     /// The energies of the tables.
     pub(super) fn energies(&self) -> Result<EnergyGrid> {
         EnergyGrid::new(self.first_energy_kev, self.energy_step_kev, self.energy_count)
+            .map_err(|error| error.of("scene"))
     }
 
     /// The scene, with copies of the caller's tables.
@@ -148,7 +144,7 @@ impl DrrScene {
         let known = DRR_EFFECT_POLYENERGETIC | DRR_EFFECT_BONE_PATH;
         if self.effects & !known != 0 {
             let value = format!("{:#x}", self.effects);
-            return Err(Error::invalid("scene.effects", value, "DRR_EFFECT bits only"));
+            return Err(Error::invalid("scene.effects", value, format!("DRR_EFFECT bits, {known:#x}, only")));
         }
         let energies = self.energies()?;
         // SAFETY: the caller's promise is the same.
@@ -156,16 +152,16 @@ impl DrrScene {
         let bone = if self.effects & DRR_EFFECT_BONE_PATH == 0 {
             None
         } else {
-            let refused = |_| {
-                Error::invalid("scene.bone_material", self.bone_material, format!("below {MAX_MATERIALS}"))
-            };
+            let last = materials.names().len() - 1;
+            let refused =
+                |_| Error::invalid("scene.bone_material", self.bone_material, format!("0 … {last}"));
             Some(u8::try_from(self.bone_material).map_err(refused)?)
         };
         let scene = Scene {
             detector: [self.detector_width, self.detector_height],
             spectrum,
             materials,
-            algorithm: algorithm(self.algorithm, self.step_voxels)?,
+            algorithm: algorithm(self.algorithm, self.step_voxels).map_err(|error| error.of("scene"))?,
             supersampling: self.supersampling as usize,
             bone,
         };
@@ -187,16 +183,17 @@ impl DrrScene {
             )
         };
         let spectrum = match spectrum {
-            Some(weights) => Spectrum::new("the caller's spectrum", energies, widened(weights)?)?,
-            None => Spectrum::named(Spectrum::DEFAULT, energies)?,
+            Some(weights) => Spectrum::new("the caller's spectrum", energies, widened(weights)?),
+            None => Spectrum::named(Spectrum::DEFAULT, energies),
         };
-        match response {
+        let folded = |spectrum: Spectrum| match response {
             Some(factors) => {
                 let response = DetectorResponse::new("the caller's detector", energies, widened(factors)?)?;
                 spectrum.folded(&response)
             }
             None => Ok(spectrum),
-        }
+        };
+        spectrum.and_then(folded).map_err(|error| error.of("scene"))
     }
 
     /// # Safety
@@ -209,9 +206,11 @@ impl DrrScene {
                 let valid = format!("{} when mass_attenuation is NULL", built_in.len());
                 return Err(Error::invalid("scene.material_count", count, valid));
             }
-            let energies =
-                if self.is_polyenergetic() { energies } else { EnergyGrid::single(self.mono_energy_kev)? };
-            return MassAttenuation::named(&built_in, energies);
+            if self.is_polyenergetic() {
+                return MassAttenuation::named(&built_in, energies).map_err(|error| error.of("scene"));
+            }
+            return MassAttenuation::named(&built_in, EnergyGrid::single(self.mono_energy_kev)?)
+                .map_err(|error| error.called(&EnergyGrid::argument(0), "scene.mono_energy_kev"));
         }
         if !(1..=MAX_MATERIALS).contains(&count) {
             return Err(Error::invalid("scene.material_count", count, format!("1 … {MAX_MATERIALS}")));
@@ -220,11 +219,13 @@ impl DrrScene {
         let values = unsafe {
             memory::read_array("scene.mass_attenuation", self.mass_attenuation, count * energies.count())?
         };
+        let table = MassAttenuation::new(energies, material_names(count), widened(values)?)
+            .map_err(|error| error.of("scene"))?;
         if self.is_polyenergetic() {
-            return MassAttenuation::new(energies, material_names(count), widened(values)?);
+            return Ok(table);
         }
         let bin = self.mono_energy(energies)?;
-        let column = values.chunks(energies.count()).map(|row| f64::from(row[bin])).collect();
+        let column = (0..count).map(|m| table.coefficients(m)[bin]).collect();
         MassAttenuation::new(EnergyGrid::single(self.mono_energy_kev)?, material_names(count), column)
     }
 

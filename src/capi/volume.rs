@@ -87,7 +87,7 @@ impl DrrVolumeDescriptor {
             let argument = "descriptor.index_to_world, last row (entries 3, 7, 11, 15)";
             return Err(Error::invalid(argument, format!("{last_row:?}"), "0, 0, 0, 1"));
         }
-        Grid::new(self.dimensions, DAffine3::from_mat4(matrix))
+        Grid::new(self.dimensions, DAffine3::from_mat4(matrix)).map_err(|error| error.of("descriptor"))
     }
 
     fn classification(&self) -> Result<Classification> {
@@ -97,7 +97,7 @@ impl DrrVolumeDescriptor {
             DRR_CALIBRATION_BILINEAR_1P03 => "bilinear_1p03",
             DRR_CALIBRATION_LINEAR => "linear",
             code => {
-                let valid = "one of the DRR_CALIBRATION constants";
+                let valid = "one of the DRR_CALIBRATION constants, 0 … 3";
                 return Err(Error::invalid("descriptor.calibration", code, valid));
             }
         };
@@ -107,7 +107,7 @@ impl DrrVolumeDescriptor {
             DRR_THRESHOLDS_FIVE_CLASS => "schneider2000_merged",
             DRR_THRESHOLDS_SIX_CLASS => "six_class",
             code => {
-                let valid = "one of the DRR_THRESHOLDS constants";
+                let valid = "one of the DRR_THRESHOLDS constants, 0 … 3";
                 return Err(Error::invalid("descriptor.thresholds", code, valid));
             }
         };

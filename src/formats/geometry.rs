@@ -28,7 +28,7 @@ pub struct GeometryFile {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with width, height and views")]
 struct JsonGeometry {
     width: usize,
     height: usize,
@@ -36,7 +36,10 @@ struct JsonGeometry {
 }
 
 #[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(
+    deny_unknown_fields,
+    expecting = "a view: an object with source, first_pixel, column_step and row_step"
+)]
 struct JsonView {
     source: [f64; 3],
     first_pixel: [f64; 3],
@@ -133,6 +136,9 @@ mod tests {
         let views = |view: &str| format!(r#"{{"width": 3, "height": 2, "views": [{VIEW}, {view}]}}"#);
         let cases = [
             ("line 1", "{".to_owned()),
+            ("expected an object with width, height and views", "[]".to_owned()),
+            ("expected an object with width, height and views", "7".to_owned()),
+            ("expected a view: an object with source, first_pixel", views("[]")),
             ("height", r#"{"width": 3, "views": []}"#.to_owned()),
             ("at least one", r#"{"width": 3, "height": 2, "views": []}"#.to_owned()),
             ("width is 0", format!(r#"{{"width": 0, "height": 2, "views": [{VIEW}]}}"#)),

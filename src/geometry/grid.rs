@@ -3,13 +3,12 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use crate::error::{Error, Result};
+use crate::geometry::MAX_COORDINATE;
 
 /// Most voxels along one axis; keeps every voxel index exact in float32 and in the kernels' integers.
 pub(crate) const MAX_DIMENSION: usize = 1 << 15;
 /// Most voxels of a volume (4 Gi): flat indices fit 32 bits, in the kernels too.
 pub(crate) const MAX_VOXELS: usize = 1 << 32;
-/// Largest coordinate of anything in the world, mm: float64 still resolves 2e-6 mm there.
-pub(crate) const MAX_COORDINATE: f64 = 1e10;
 /// Smallest distance of neighbouring voxel centres, mm: squares and products of lengths stay far from underflow.
 const MIN_SPACING: f64 = 1e-9;
 /// Smallest |det| of index→world, relative to the product of its column norms.

@@ -8,7 +8,22 @@ pub use grid::Grid;
 pub use pose::DetectorPose;
 pub use projection::Projection;
 
-use crate::error::Result;
+use glam::DVec3;
+
+use crate::error::{Error, Result};
+
+/// Largest coordinate of anything in the world, mm: float64 still resolves 2e-6 mm there.
+pub(crate) const MAX_COORDINATE: f64 = 1e10;
+
+/// Checks that the components of a world vector, mm, are finite and not too large.
+pub(crate) fn check_coordinates(argument: &str, v: DVec3) -> Result<()> {
+    // NaN is not in the range either.
+    if v.to_array().iter().all(|x| x.abs() <= MAX_COORDINATE) {
+        return Ok(());
+    }
+    let valid = format!("−{MAX_COORDINATE:e} … {MAX_COORDINATE:e} mm");
+    Err(Error::invalid(argument, format!("[{:e}, {:e}, {:e}]", v.x, v.y, v.z), valid))
+}
 
 /// One view: how the pixels of one image map to rays.
 #[derive(Debug, Clone, Copy, PartialEq)]

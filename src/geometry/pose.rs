@@ -3,8 +3,7 @@
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::geometry::Grid;
-use crate::geometry::grid::MAX_COORDINATE;
+use crate::geometry::{Grid, check_coordinates};
 
 /// A point source and a flat detector, in world mm. Pixel (i, j), i = column, has its centre at
 /// `first_pixel + i*column_step + j*row_step`. Rays are the *segments* from the source to the pixel centres: what
@@ -30,10 +29,7 @@ impl DetectorPose {
             ("column_step", self.column_step),
             ("row_step", self.row_step),
         ] {
-            if !(v.abs().max_element() <= MAX_COORDINATE) || v.is_nan() {
-                let valid = format!("−{MAX_COORDINATE:e} … {MAX_COORDINATE:e} mm");
-                return Err(Error::invalid(name, format!("[{:e}, {:e}, {:e}]", v.x, v.y, v.z), valid));
-            }
+            check_coordinates(name, v)?;
         }
         let normal = self.column_step.cross(self.row_step);
         let area = self.column_step.length() * self.row_step.length();

@@ -3,7 +3,11 @@
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use crate::error::{Error, Result};
-use crate::geometry::DetectorPose;
+use crate::geometry::{DetectorPose, check_coordinates};
+
+/// Smallest independence of the rows that make the rays, relative to the product of their norms: below, the rounding of
+/// float32 entries decides where rays go.
+const MIN_RELATIVE_DETERMINANT: f64 = 1e-6;
 
 /// A world→clip matrix and the source it belongs to. Clip space as in Metal: the centre of pixel (i, j) is at
 /// `x = (2i+1)/width − 1`, `y = 1 − (2j+1)/height`, depth 0…1. Rays are *half-lines* from the source; for a parallel
@@ -54,28 +58,27 @@ impl Projection {
         }
         let [x, y, w] = self.rows();
         let (nx, ny, nw) = (x.truncate(), y.truncate(), w.truncate());
+        let singular = |ratio: f64, rows: &str| {
+            let valid =
+                format!("independent {rows}: |det|/(product of row norms) ≥ {MIN_RELATIVE_DETERMINANT:e}");
+            Error::invalid("modelViewProjectionMatrix", format!("singular (ratio {ratio:.3e})"), valid)
+        };
         if self.is_parallel() {
-            if !(nx.cross(ny).length() > 1e-6 * nx.length() * ny.length()) || w.w == 0.0 {
-                return Err(Error::invalid(
-                    "modelViewProjectionMatrix",
-                    "singular",
-                    "independent x and y rows",
-                ));
+            let ratio = nx.cross(ny).length() / (nx.length() * ny.length());
+            // The negations also refuse NaN, which 0/0 gives for a row of zeros.
+            if !(ratio >= MIN_RELATIVE_DETERMINANT) {
+                return Err(singular(ratio, "x and y rows"));
+            }
+            if w.w == 0.0 {
+                return Err(Error::invalid("modelViewProjectionMatrix column 3, row 3", 0.0, "not 0"));
             }
             return Ok(());
         }
-        let determinant = nx.cross(ny).dot(nw).abs();
-        if !(determinant > 1e-9 * nx.length() * ny.length() * nw.length()) {
-            return Err(Error::invalid(
-                "modelViewProjectionMatrix",
-                "singular",
-                "independent x, y and w rows",
-            ));
+        let ratio = nx.cross(ny).dot(nw).abs() / (nx.length() * ny.length() * nw.length());
+        if !(ratio >= MIN_RELATIVE_DETERMINANT) {
+            return Err(singular(ratio, "x, y and w rows"));
         }
-        if !self.source.is_finite() {
-            return Err(Error::invalid("sourcePosition", self.source, "finite numbers, mm"));
-        }
-        Ok(())
+        check_coordinates("sourcePosition", self.source)
     }
 
     /// Whether all rays have one direction.

@@ -25,28 +25,35 @@ impl EnergyGrid {
     /// The specification's 136 energies: 15, 16, …, 150 keV. The built-in tables hold exactly these.
     pub const SPECIFICATION: Self = Self { first_kev: 15.0, step_kev: 1.0, count: 136 };
 
-    /// `count` energies from `first_kev` in steps of `step_kev`, both in keV.
+    /// `energy_count` energies from `first_energy_kev` in steps of `energy_step_kev`, both in keV.
     ///
     /// # Errors
     /// `InvalidArgument` unless 0 < first, 1e-6 ≤ step, 1 ≤ count ≤ [`MAX_ENERGIES`] and the last energy is at most
     /// 1e6 keV.
-    pub fn new(first_kev: f64, step_kev: f64, count: usize) -> Result<Self> {
-        if !(first_kev.is_finite() && first_kev > 0.0) {
-            return Err(Error::invalid("energy_grid.first_kev", first_kev, "finite, above 0 keV"));
+    pub fn new(first_energy_kev: f64, energy_step_kev: f64, energy_count: usize) -> Result<Self> {
+        if !(first_energy_kev > 0.0 && first_energy_kev <= MAX_KEV) {
+            let valid = format!("above 0, at most {MAX_KEV:e} keV");
+            return Err(Error::invalid("first_energy_kev", first_energy_kev, valid));
         }
-        if !(step_kev.is_finite() && step_kev >= MIN_STEP_KEV) {
-            let valid = format!("finite, at least {MIN_STEP_KEV:e} keV");
-            return Err(Error::invalid("energy_grid.step_kev", step_kev, valid));
+        if !(MIN_STEP_KEV..=MAX_KEV).contains(&energy_step_kev) {
+            let valid = format!("{MIN_STEP_KEV:e} … {MAX_KEV:e} keV");
+            return Err(Error::invalid("energy_step_kev", energy_step_kev, valid));
         }
-        if count == 0 || count > MAX_ENERGIES {
-            return Err(Error::invalid("energy_grid.count", count, format!("1 … {MAX_ENERGIES}")));
+        if energy_count == 0 || energy_count > MAX_ENERGIES {
+            return Err(Error::invalid("energy_count", energy_count, format!("1 … {MAX_ENERGIES}")));
         }
-        let grid = Self { first_kev, step_kev, count };
-        let last = grid.energy(count - 1);
-        if last > MAX_KEV {
-            return Err(Error::invalid("energy_grid, last energy", last, format!("at most {MAX_KEV:e} keV")));
+        let grid = Self { first_kev: first_energy_kev, step_kev: energy_step_kev, count: energy_count };
+        let last = energy_count - 1;
+        if grid.energy(last) > MAX_KEV {
+            let value = format!("{} keV", grid.energy(last));
+            return Err(Error::invalid(Self::argument(last), value, format!("at most {MAX_KEV:e} keV")));
         }
         Ok(grid)
+    }
+
+    /// What an error calls `E_k`: how the arguments of [`EnergyGrid::new`] make it.
+    pub(crate) fn argument(k: usize) -> String {
+        format!("first_energy_kev + {k} × energy_step_kev")
     }
 
     /// The grid of one energy, in keV.
@@ -152,15 +159,17 @@ mod tests {
     #[test]
     fn refuses_what_is_no_grid_and_says_which_argument() {
         for (first, step, count, argument) in [
-            (0.0, 1.0, 1, "first_kev"),
-            (-15.0, 1.0, 1, "first_kev"),
-            (f64::NAN, 1.0, 1, "first_kev"),
-            (15.0, 0.0, 1, "step_kev"),
-            (15.0, -1.0, 1, "step_kev"),
-            (15.0, f64::INFINITY, 1, "step_kev"),
-            (15.0, 1.0, 0, "count"),
-            (15.0, 1.0, MAX_ENERGIES + 1, "count"),
-            (15.0, 1e300, 2, "last energy"),
+            (0.0, 1.0, 1, "first_energy_kev is 0"),
+            (-15.0, 1.0, 1, "first_energy_kev is -15"),
+            (f64::NAN, 1.0, 1, "first_energy_kev is NaN"),
+            (f64::INFINITY, 1.0, 1, "first_energy_kev is inf"),
+            (15.0, 0.0, 1, "energy_step_kev is 0"),
+            (15.0, -1.0, 1, "energy_step_kev is -1"),
+            (15.0, f64::INFINITY, 1, "energy_step_kev is inf"),
+            (15.0, f64::NAN, 1, "energy_step_kev is NaN"),
+            (15.0, 1.0, 0, "energy_count is 0"),
+            (15.0, 1.0, MAX_ENERGIES + 1, "energy_count is 4097"),
+            (15.0, 1e6, 2, "first_energy_kev + 1 × energy_step_kev is 1000015 keV"),
         ] {
             let message = EnergyGrid::new(first, step, count).unwrap_err().to_string();
             assert!(message.contains(argument), "{message}");

@@ -27,7 +27,7 @@ impl Spectrum {
         grid.check_values("spectrum", &weights)?;
         let sum: f64 = weights.iter().sum();
         if !(sum.is_finite() && sum > 0.0) {
-            return Err(Error::invalid("sum of the spectrum", sum, "finite, above 0"));
+            return Err(Error::invalid("spectrum's sum", sum, "finite, above 0"));
         }
         Ok(Self { name: name.into(), grid, weights })
     }
@@ -63,6 +63,7 @@ impl Spectrum {
         response.grid().check_same("detector response", &self.grid)?;
         let weights = self.weights.iter().zip(response.factors()).map(|(w, f)| w * f).collect();
         Self::new(format!("{} × {}", self.name, response.name()), self.grid, weights)
+            .map_err(|error| error.called("spectrum", "detector_response × spectrum"))
     }
 
     /// The name.
@@ -179,7 +180,8 @@ mod tests {
         assert_eq!(folded.weights()[65], 2.0 * spectrum.weights()[65]);
 
         let blind = DetectorResponse::new("blind", GRID, vec![0.0; 136]).unwrap();
-        assert!(spectrum.folded(&blind).is_err());
+        let message = spectrum.folded(&blind).unwrap_err().to_string();
+        assert!(message.starts_with("detector_response × spectrum's sum is 0"), "{message}");
         let elsewhere = DetectorResponse::ideal(EnergyGrid::new(15.0, 1.0, 135).unwrap());
         assert!(spectrum.folded(&elsewhere).unwrap_err().to_string().contains("detector response"));
     }

@@ -62,14 +62,14 @@ impl EnergyTable {
 
 /// Rows of the built-in tables at the energies of `grid`.
 pub(super) fn tabulated(grid: &EnergyGrid) -> Result<Vec<usize>> {
-    let index = |kev: f64| {
+    let index = |(k, kev): (usize, f64)| {
         EnergyGrid::SPECIFICATION.index_of(kev).ok_or_else(|| {
             let valid = "whole keV from 15 to 150 for the built-in tables, which are not interpolated (K edges); \
                          supply your own table for other energies";
-            Error::invalid("energy_grid", format!("{kev} keV"), valid)
+            Error::invalid(EnergyGrid::argument(k), format!("{kev} keV"), valid)
         })
     };
-    grid.energies().map(index).collect()
+    grid.energies().enumerate().map(index).collect()
 }
 
 /// The error for a name that is not in a list.

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
-use crate::allocation::{collected, reserved};
+use crate::allocation::{filled, reserved};
 use crate::error::{Error, Result};
 use crate::geometry::Grid;
 use crate::physics::{Calibration, MAX_MATERIALS, Thresholds};
@@ -175,9 +175,9 @@ impl VolumeBuilder {
     /// The volume, once all voxels have come.
     pub fn finish(self) -> Result<Volume> {
         let expected = self.grid.voxel_count();
-        let filled = self.store.filled();
-        if filled != expected {
-            return Err(Error::invalid("number of voxels", filled, format!("{expected}, the grid's")));
+        let given = self.store.filled();
+        if given != expected {
+            return Err(Error::invalid("number of voxels", given, format!("{expected}, the grid's")));
         }
         let mut materials = [MaterialStatistics::default(); MAX_MATERIALS];
         let mut note = |voxel: Voxel| {
@@ -187,13 +187,13 @@ impl VolumeBuilder {
         };
         let voxels = match self.store {
             Store::Int16 { code, codes, seen } => {
-                let meanings = (0..=u16::MAX).map(|c| code.meaning(c, &self.how));
-                let table = collected(meanings, "the volume's table")?;
-                table
-                    .iter()
-                    .zip(seen)
-                    .filter(|(_, seen)| seen.load(Ordering::Relaxed))
-                    .for_each(|(v, _)| note(*v));
+                let mut table = filled(seen.len(), Voxel::default(), "the volume's table")?;
+                for (c, (voxel, seen)) in (0..=u16::MAX).zip(table.iter_mut().zip(seen)) {
+                    if seen.into_inner() {
+                        *voxel = code.meaning(c, &self.how);
+                        note(*voxel);
+                    }
+                }
                 Voxels::Coded { codes, table }
             }
             Store::Float32 { density, label } => {
@@ -232,7 +232,7 @@ impl VolumeBuilder {
                 && let Some(bad) = labels.iter().position(|label| !valid(label))
             {
                 let at = self.position(filled + bad);
-                return Err(Error::invalid(format!("label at voxel {at:?}"), labels[bad], "0 … 7"));
+                return Err(Error::invalid(format!("labels at voxel {at:?}"), labels[bad], "0 … 7"));
             }
         }
         Ok(filled)
@@ -280,7 +280,7 @@ mod tests {
         let error = Volume::from_float32(grid(4), &hu, None, &how).expect_err("NaN");
         assert_eq!(error.to_string(), "hu at voxel [1, 0, 0] is NaN; valid: finite HU (2 are not)");
         let error = Volume::from_int16(grid(2), &[0, 0], Some(&[0, 8]), &how).expect_err("label 8");
-        assert_eq!(error.to_string(), "label at voxel [1, 0, 0] is 8; valid: 0 … 7");
+        assert_eq!(error.to_string(), "labels at voxel [1, 0, 0] is 8; valid: 0 … 7");
         assert!(Volume::from_int16(grid(3), &[0, 0], None, &how).is_err(), "a voxel is missing");
         assert!(Volume::from_int16(grid(1), &[0, 0], None, &how).is_err(), "a voxel too many");
     }

@@ -12,12 +12,12 @@ pub struct Voxel {
 /// The voxels of a volume, x fastest.
 #[derive(Debug)]
 pub enum Voxels {
-    /// One 16-bit code per voxel and the meaning of each of the 65536 codes. Exact for integer HU: nothing is
-    /// rounded, and the input's two bytes per voxel stay two bytes.
+    /// One 16-bit code per voxel and the meaning of each code that occurs. Exact for integer HU: nothing is rounded,
+    /// and the input's two bytes per voxel stay two bytes.
     Coded {
         /// One code per voxel.
         codes: Vec<u16>,
-        /// Meaning of each code; 65536 entries.
+        /// Meaning of each code; 65536 entries, those of codes that do not occur are empty.
         table: Vec<Voxel>,
     },
     /// Density and label apart, for HU that are not integers.

@@ -63,7 +63,7 @@ impl Library {
 pub(super) fn launch(executable: &Path) -> Command {
     let path = if cfg!(target_vendor = "apple") { "DYLD_LIBRARY_PATH" } else { "LD_LIBRARY_PATH" };
     let mut command = Command::new(executable);
-    command.env(path, scratch()).env("ASAN_OPTIONS", "detect_leaks=1");
+    command.env(path, scratch()).env("ASAN_OPTIONS", "detect_leaks=1:allocator_may_return_null=1");
     command
 }
 

@@ -1,0 +1,175 @@
+//! Whether the tables of refused calls (`cabi-tests/errors.c`) have a row for every way in which every argument of
+//! every function of the header, and every field of what an argument points to, can be wrong.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use libtest_mimic::Failed;
+
+/// Functions that cannot fail, whatever they are given.
+const INFALLIBLE: [&str; 4] =
+    ["drr_status_name", "drr_last_error_message", "drr_version", "drr_version_number"];
+/// Pointers that may be NULL, by function and parameter.
+const NULLABLE: [[&str; 2]; 6] = [
+    ["drr_context_create", "options"],
+    ["drr_volume_create", "labels"],
+    ["drr_volume_create_float32", "labels"],
+    ["drr_context_destroy", "context"],
+    ["drr_volume_destroy", "volume"],
+    ["drr_projector_destroy", "projector"],
+];
+/// Fields that hold nothing wrong, whatever their bytes are.
+const ANYTHING_GOES: [&str; 2] = ["enableEarlyExit", "_padding"];
+
+/// A parameter or a field.
+struct Declared {
+    ctype: String,
+    name: String,
+}
+
+impl Declared {
+    /// From C, such as `const float *spectrum` or `double source[3]`.
+    fn parse(text: &str) -> Option<Self> {
+        let text = text.split('[').next()?.trim();
+        let start = text.rfind(|c: char| !c.is_alphanumeric() && c != '_')? + 1;
+        let ctype = text[..start].trim().trim_start_matches("struct ").replace("const struct ", "const ");
+        Some(Self { ctype, name: text[start..].to_owned() })
+    }
+
+    /// What is pointed to, if the pointer is only read through.
+    fn input(&self) -> Option<&str> {
+        self.ctype.strip_prefix("const ")?.strip_suffix(" *")
+    }
+
+    /// How a parameter can be wrong by its type.
+    fn kinds_of_parameter(&self) -> Vec<&'static str> {
+        let not_a_number = ["NaN", "+Inf", "-Inf"];
+        match self.ctype.as_str() {
+            "size_t" => vec!["zero", "huge"],
+            "double" => not_a_number.to_vec(),
+            "DrrAlgorithm" => vec!["unknown"],
+            "const char *" => vec!["NULL", "unknown", "not UTF-8"],
+            "const uint8_t *" => vec!["NULL", "label"],
+            "const float *" | "const double *" => [&["NULL", "misaligned"], &not_a_number[..]].concat(),
+            handle if ["Context", "Volume", "Projector"].iter().any(|&noun| is_handle(handle, noun)) => {
+                vec!["NULL", "misaligned", "foreign", "destroyed"]
+            }
+            pointer if pointer.ends_with('*') => vec!["NULL", "misaligned"],
+            other => panic!("a parameter of a type that this test does not know: {other}"),
+        }
+    }
+
+    /// How a field can be wrong by its type.
+    fn kinds_of_field(&self) -> &'static [&'static str] {
+        match self.ctype.as_str() {
+            "size_t" if self.name == "struct_size" => &["zero", "small", "big", "SIZE_MAX"],
+            "size_t" => &["zero", "huge"],
+            "uint32_t" => &["huge"],
+            "double" | "DrrFloat3" => &["NaN", "+Inf", "-Inf", "huge"],
+            "DrrFloat4x4" => &["NaN", "+Inf", "-Inf", "singular", "nearly singular"],
+            "const float *" | "DrrAddress" => &["misaligned", "negative", "NaN", "+Inf", "-Inf"],
+            "float *" | "double *" => &["misaligned"],
+            "DrrBackend" | "DrrCalibration" | "DrrThresholds" | "DrrEffects" | "DrrAlgorithm" => &["unknown"],
+            other => panic!("a field of a type that this test does not know: {other} {}", self.name),
+        }
+    }
+}
+
+fn is_handle(ctype: &str, noun: &str) -> bool {
+    ctype.trim_start_matches("const ") == format!("Drr{noun} *")
+}
+
+/// The header's functions with their parameters, and its structs with their fields.
+struct Header {
+    functions: BTreeMap<String, Vec<Declared>>,
+    structs: BTreeMap<String, Vec<Declared>>,
+}
+
+impl Header {
+    fn parse(text: &str) -> Self {
+        let is_code = |line: &&str| !["/", "*", "#"].iter().any(|start| line.trim().starts_with(start));
+        let mut header = Self { functions: BTreeMap::new(), structs: BTreeMap::new() };
+        let mut inside: Option<String> = None;
+        let mut statement = String::new();
+        for line in text.lines().filter(is_code) {
+            let opened = line.strip_prefix("typedef struct ").and_then(|line| line.strip_suffix(" {"));
+            if let Some(name) = opened {
+                inside = Some(name.to_owned());
+            } else if line.starts_with('}') {
+                inside = None;
+            } else if let Some(name) = &inside {
+                let fields = header.structs.entry(name.clone()).or_default();
+                fields.extend(Declared::parse(line.trim().trim_end_matches(';')));
+            } else {
+                statement += line.trim();
+                statement.push(' ');
+                if line.ends_with(';') {
+                    header.functions.extend(function(&statement));
+                    statement.clear();
+                }
+            }
+        }
+        header
+    }
+
+    /// Every function, argument and kind that needs a row.
+    fn demanded(&self) -> BTreeSet<[String; 3]> {
+        let mut demanded = BTreeSet::new();
+        for (function, parameters) in &self.functions {
+            let mut demand = |argument: &str, kind: &str| {
+                demanded.insert([function.as_str(), argument, kind].map(str::to_owned));
+            };
+            if INFALLIBLE.contains(&function.as_str()) {
+                continue;
+            }
+            for parameter in parameters {
+                let nullable = NULLABLE.contains(&[function, &parameter.name]);
+                let kinds = parameter.kinds_of_parameter();
+                let kinds = kinds.into_iter().filter(|&kind| kind != "NULL" || !nullable);
+                kinds.for_each(|kind| demand(&parameter.name, kind));
+                let fields = parameter.input().and_then(|pointee| self.structs.get(pointee));
+                for field in fields.into_iter().flatten() {
+                    let argument = format!("{}.{}", parameter.name, field.name);
+                    let fallible = !ANYTHING_GOES.contains(&field.name.as_str());
+                    let kinds = if fallible { field.kinds_of_field() } else { &[] };
+                    for kind in kinds {
+                        demand(&argument, kind);
+                    }
+                }
+            }
+        }
+        demanded
+    }
+}
+
+/// A function's name and parameters.
+fn function(statement: &str) -> Option<(String, Vec<Declared>)> {
+    let start = statement.find("drr_")?;
+    let (name, rest) = statement[start..].split_once('(')?;
+    let parameters = rest.rsplit_once(')')?.0.split(',').filter_map(Declared::parse);
+    Some((name.to_owned(), parameters.collect()))
+}
+
+/// The row that a line `function argument kind` speaks of; an argument's indices say which of many was wrong.
+fn row(line: &str) -> Option<[String; 3]> {
+    let mut words = line.splitn(3, ' ');
+    let [function, argument, kind] = [words.next()?, words.next()?, words.next()?];
+    let parts = argument.split('.').map(|part| part.split('[').next().unwrap_or_default());
+    Some([function.to_owned(), parts.collect::<Vec<_>>().join("."), kind.to_owned()])
+}
+
+/// Compares the rows that the program ran with what the header needs.
+pub(super) fn complete(output: &str) -> Result<(), Failed> {
+    let header = Header::parse(include_str!("../../include/DRR_Shared.h"));
+    let demanded = header.demanded();
+    // What the parser does not find, it does not demand.
+    let exports = include_str!("../../include/DRR_Shared.h").matches("\nDrrStatus drr_").count();
+    if header.functions.len() != exports + INFALLIBLE.len() + 1 || demanded.len() < 300 {
+        return Err(format!("{} functions, {} rows", header.functions.len(), demanded.len()).into());
+    }
+    let there: BTreeSet<_> = output.lines().filter_map(row).collect();
+    let missing: Vec<_> = demanded.difference(&there).map(|row| row.join(" ")).collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    Err(format!("cabi-tests/errors.c has no row for\n{}", missing.join("\n")).into())
+}
