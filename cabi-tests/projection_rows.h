@@ -116,7 +116,7 @@ static void mu_lut_at_one_energy(Given *g) {
     HANDLE_ROWS(f), COUNT_ROWS(f, "view_count", view_count, "65536", 65537),                                         \
     {f, "view_count", "more than memory", more_than_memory, NOTHING, DRR_STATUS_OUT_OF_MEMORY, " bytes for ",        \
      "the images"},                                                                                                      \
-    POINTER_ROWS(f, outputs, member, "8 bytes"), STRUCT_SIZE_ROWS(f, "outputs", member, "40"),                       \
+    POINTER_ROWS(f, outputs, member, "8 bytes"), STRUCT_SIZE_ROWS(f, "outputs", member, "56"),                       \
     {f, "outputs", "NULL images", no_images, NOTHING, INVALID, "outputs is NULL for every image;",                   \
      "at least one image"},                                                                                          \
     IMAGE_ROW(f, member, intensity, alignment), IMAGE_ROW(f, member, line_integral, alignment),                      \

@@ -108,6 +108,8 @@ static const Row scene_rows[] = {
     VALUE_ROW(monoenergetic_with_materials, mass_attenuation, attenuation[ENERGIES + 55], "[1][55]", "NaN", NAN, "NaN"),
     VALUE_ROW(monoenergetic_with_materials, mass_attenuation, attenuation[3], "[0][3]", "negative", -1e-30f,
               "-1.0000000031710769e-30"),
+    {&projector_create, "scene.mass_attenuation", "huge", own_materials, PUT(to.attenuation[7], float, 1.5e9f), INVALID,
+     "scene.mass_attenuation[0][7] is 1500000000;", "0 … 1e9 cm²/g"},
     {&projector_create, "scene.mass_attenuation", "other materials", another_classification, NOTHING, INVALID,
      "scene.mass_attenuation[2] is soft_tissue;", "adipose, as the volume's thresholds classified"},
     SCENE_ROW(material_count, size_t, "zero", 0, "0", "4 when mass_attenuation is NULL"),

@@ -67,7 +67,7 @@ typedef struct ProjectionUniforms {
     DrrFloat3 sourcePosition;
     /// Photons per energy bin for this view alone: energy_count floats. 0: the scene's own spectrum.
     DrrAddress spectrumLutAddress;
-    /// Mass attenuation coefficients for this view alone, cm^2/g: material_count x energy_count floats,
+    /// Mass attenuation coefficients for this view alone, cm^2/g, 0 to 1e9: material_count x energy_count floats,
     /// material-major. 0: the scene's own.
     DrrAddress muLutAddress;
     /// Whether a ray may stop once every energy bin is attenuated below exp(-15). Any byte but 0 is true.
@@ -299,8 +299,8 @@ typedef struct DrrScene {
     /// Factor by which the detector weights a photon of each energy: energy_count values, finite, at least 0.
     /// Default NULL: 1.
     const float *detector_response;
-    /// Mass attenuation coefficients, cm^2/g: that of material m at energy k is at m x energy_count + k. Finite, at
-    /// least 0. Material m is what has label m in the volume. Default NULL: air, lung, soft tissue, cortical bone.
+    /// Mass attenuation coefficients, cm^2/g: that of material m at energy k is at m x energy_count + k. 0 to 1e9.
+    /// Material m is what has label m in the volume. Default NULL: air, lung, soft tissue, cortical bone.
     const float *mass_attenuation;
     /// Materials of mass_attenuation, 1 to 8. Default 4, which it must be when mass_attenuation is NULL.
     size_t material_count;

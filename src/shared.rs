@@ -62,7 +62,7 @@ pub struct ProjectionUniforms {
     pub sourcePosition: DrrFloat3,
     /// Photons per energy bin for this view alone: energy_count floats. 0: the scene's own spectrum.
     pub spectrumLutAddress: DrrAddress,
-    /// Mass attenuation coefficients for this view alone, cm²/g: material_count × energy_count floats,
+    /// Mass attenuation coefficients for this view alone, cm²/g, 0 to 1e9: material_count × energy_count floats,
     /// material-major. 0: the scene's own.
     pub muLutAddress: DrrAddress,
     /// Whether a ray may stop once every energy bin is attenuated below exp(-15). Any byte but 0 is true.

@@ -46,8 +46,8 @@ pub struct DrrScene {
     /// Factor by which the detector weights a photon of each energy: energy_count values, finite, at least 0.
     /// Default NULL: 1.
     pub detector_response: *const f32,
-    /// Mass attenuation coefficients, cm²/g: that of material m at energy k is at m × energy_count + k. Finite, at
-    /// least 0. Material m is what has label m in the volume. Default NULL: air, lung, soft tissue, cortical bone.
+    /// Mass attenuation coefficients, cm²/g: that of material m at energy k is at m × energy_count + k. 0 to 1e9.
+    /// Material m is what has label m in the volume. Default NULL: air, lung, soft tissue, cortical bone.
     pub mass_attenuation: *const f32,
     /// Materials of mass_attenuation, 1 to 8. Default 4, which it must be when mass_attenuation is NULL.
     pub material_count: usize,

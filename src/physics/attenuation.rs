@@ -6,6 +6,8 @@ use crate::physics::tables::MASS_ATTENUATION;
 
 /// Most materials of one scene.
 pub const MAX_MATERIALS: usize = 8;
+/// Largest mass attenuation coefficient, cm²/g: the line integral through any volume stays far from the end of float32.
+const MAX_ATTENUATION: f64 = 1e9;
 
 /// Total mass attenuation coefficients μ/ρ in cm²/g, with coherent scattering, of up to [`MAX_MATERIALS`] materials.
 ///
@@ -25,7 +27,7 @@ impl MassAttenuation {
     ///
     /// # Errors
     /// `InvalidArgument` unless there are 1 … [`MAX_MATERIALS`] names, one value per material and energy, and all
-    /// values are finite and at least 0 (the first that is not is named).
+    /// values are in 0 … 1e9 cm²/g (the first that is not is named).
     pub fn new(grid: EnergyGrid, names: Vec<String>, values: Vec<f64>) -> Result<Self> {
         check_material_count("mass_attenuation.names", names.len())?;
         if values.len() != names.len() * grid.count() {
@@ -34,6 +36,10 @@ impl MassAttenuation {
         }
         for (m, row) in values.chunks(grid.count()).enumerate() {
             grid.check_values(&format!("mass_attenuation[{m}]"), row)?;
+            if let Some(k) = row.iter().position(|&mu| mu > MAX_ATTENUATION) {
+                let valid = format!("0 … {MAX_ATTENUATION:e} cm²/g");
+                return Err(Error::invalid(format!("mass_attenuation[{m}][{k}]"), row[k], valid));
+            }
         }
         Ok(Self { grid, names, values })
     }

@@ -18,7 +18,7 @@ const NULLABLE: [[&str; 2]; 6] = [
     ["drr_projector_destroy", "projector"],
 ];
 /// Fields that hold nothing wrong, whatever their bytes are.
-const ANYTHING_GOES: [&str; 2] = ["enableEarlyExit", "_padding"];
+const ANYTHING_GOES: [&str; 4] = ["enableEarlyExit", "_padding", "progress", "progress_data"];
 
 /// A parameter or a field.
 struct Declared {

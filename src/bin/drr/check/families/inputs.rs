@@ -90,6 +90,7 @@ fn denormals() -> Vec<Case> {
         case("attenuation of 1e-40 cm2/g", attenuating(1e-40)),
         case("attenuation of 1e-310 cm2/g", attenuating(1e-310)),
         case("attenuation of 0", attenuating(0.0)),
+        case("attenuation of 1e9 cm2/g", attenuating(1e9)),
         case("weights of 1e-40", through("soft_tissue", 80, spectrum(|_| 1e-40))),
         case(
             "a weight of 1e-44 beside 1",
