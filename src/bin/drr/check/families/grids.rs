@@ -60,6 +60,15 @@ fn far_sources() -> Vec<Case> {
             ));
         }
     }
+    // Next to so small a volume everything that is taken from the source's end of the ray shows.
+    let small = spaced_grid(SMALL, DVec3::splat(1e-3));
+    let at = small.centre();
+    let pose = segment(
+        at - 1e9 * DVec3::new(0.9, 0.3, 0.2).normalize(),
+        at + 40.0 * DVec3::new(0.9, 0.3, 0.2).normalize(),
+    );
+    let set = Set::new(mixed(small), [1, 1], View::Pose(pose));
+    cases.push(case(12, "from 1e9 mm, voxels of a micrometre", set));
     cases
 }
 

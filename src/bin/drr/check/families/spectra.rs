@@ -96,7 +96,7 @@ fn limits() -> Vec<Case> {
     add("all weight in the first bin", 80, spectrum(|e| f64::from(u8::from(e == 15.0))));
     add("weights of 1e-30", 80, spectrum(|_| 1e-30));
     add("weights of 1e30", 80, spectrum(|_| 1e30));
-    for faint in [1e-3, 1e-6, 1e-20, 1e-38] {
+    for faint in [1e-3, 1e-6, 1e-20, 1e-38, 1e-42, 1e-60] {
         // What is left of a thick path is the faint line alone.
         let name = format!("150 keV at {faint:.0e} of 20 keV");
         add(
