@@ -36,12 +36,17 @@ impl Bounds {
         let grid = set.volume.grid();
         let request = &set.views[view];
         let density = set.volume.materials().map(|material| material.max_density);
-        let stopped = if request.early_exit { (-15.0_f64).exp() * set.scene.spectrum.total() } else { 0.0 };
         let materials = set.scene.materials.names().len();
         let steepest = |m| set.scene.materials.coefficients(m).iter().copied().fold(0.0, f64::max);
         match backend {
             Backend::Cpu => {
                 let unit = f64::from(f32::EPSILON) / 2.0;
+                let whole = set.layers.line_integral || set.layers.areal_density;
+                let stopped = if request.early_exit && !whole {
+                    (-15.0_f64).exp() * set.scene.spectrum.total()
+                } else {
+                    0.0
+                };
                 Self {
                     relative: 1e-6,
                     shift_mm: 8.0 * unit * half_diagonal(grid),
@@ -60,7 +65,7 @@ impl Bounds {
                     shift_mm: 8.0 * unit * reach(grid, &request.view),
                     unit,
                     line_integral: [1e-13, 1e-14],
-                    intensity: stopped,
+                    intensity: 0.0,
                     density,
                     attenuation: std::array::from_fn(|m| if m < materials { steepest(m) } else { 0.0 }),
                 }
@@ -105,7 +110,7 @@ fn half_diagonal(grid: &Grid) -> f64 {
     0.5 * diagonals.map(|signs| grid.length_mm(signs * n)).into_iter().fold(0.0, f64::max)
 }
 
-/// The largest coordinate of the volume and the view, mm.
+/// The largest coordinate of the volume, the source and the first pixel, mm.
 fn reach(grid: &Grid, view: &View) -> f64 {
     let size = |point: DVec3| point.abs().max_element();
     let of_view = match view {

@@ -23,8 +23,8 @@ pub(crate) struct Case {
 pub(crate) enum Demand {
     /// The exact answer, to rounding.
     Exact(Set),
-    /// As `Exact`; but rays lie in a face, where the answer of any ray within a rounding error of it is right.
-    InFace(Set),
+    /// As `Exact`; but rounding decides on which side of a face a ray or its end lies: either side is right.
+    NearFace(Set),
     /// Nothing in the way: exactly I0, and exactly 0 everywhere else.
     Vacuum(Set),
     /// The same bytes from both.

@@ -13,7 +13,7 @@ pub(super) fn cases() -> Vec<Case> {
     // The grid's sides are even: its central planes are faces.
     let mut add = |name: &str, size: [usize; 2], pose: DetectorPose| {
         let set = Set::posed(mixed(grid), size, pose);
-        cases.push(Case { family: 16, name: name.into(), demand: Demand::InFace(set) });
+        cases.push(Case { family: 16, name: name.into(), demand: Demand::NearFace(set) });
     };
     // An odd detector has a pixel on the central ray, an even one a corner: both along the grid at angle 0.
     for (name, size) in

@@ -15,30 +15,30 @@ pub(super) fn cases() -> Vec<Case> {
     };
     add(7, "source inside a voxel", Demand::Exact, v(2.25, 1.5, 3.125), outside);
     add(7, "source at a voxel's centre", Demand::Exact, v(2.0, 1.0, 3.0), outside);
-    add(7, "source in a face", Demand::InFace, v(2.5, 1.25, 3.125), outside);
-    add(7, "source on an edge", Demand::InFace, v(2.5, 1.5, 3.125), outside);
-    add(7, "source on a corner", Demand::InFace, v(2.5, 1.5, 3.5), outside);
-    add(7, "source on a corner, along an edge", Demand::InFace, v(2.5, 1.5, 3.5), v(2.5, 1.5, 30.0));
-    add(7, "source on a face of the box", Demand::InFace, v(-0.5, 1.25, 2.125), v(9.0, 2.0, 4.0));
-    add(7, "source on a corner of the box", Demand::InFace, v(-0.5, -0.5, -0.5), v(6.0, 3.0, 7.0));
+    add(7, "source in a face", Demand::NearFace, v(2.5, 1.25, 3.125), outside);
+    add(7, "source on an edge", Demand::NearFace, v(2.5, 1.5, 3.125), outside);
+    add(7, "source on a corner", Demand::NearFace, v(2.5, 1.5, 3.5), outside);
+    add(7, "source on a corner, along an edge", Demand::NearFace, v(2.5, 1.5, 3.5), v(2.5, 1.5, 30.0));
+    add(7, "source on a face of the box", Demand::NearFace, v(-0.5, 1.25, 2.125), v(9.0, 2.0, 4.0));
+    add(7, "source on a corner of the box", Demand::NearFace, v(-0.5, -0.5, -0.5), v(6.0, 3.0, 7.0));
     add(
         7,
         "source one ulp inside the box",
-        Demand::InFace,
+        Demand::NearFace,
         v((-0.5_f64).next_up(), 1.25, 2.125),
         v(9.0, 2.0, 4.0),
     );
     add(
         7,
         "source one ulp outside the box",
-        Demand::InFace,
+        Demand::NearFace,
         v((-0.5_f64).next_down(), 1.25, 2.125),
         v(9.0, 2.0, 4.0),
     );
     add(8, "pixel inside", Demand::Exact, outside, v(2.25, 1.5, 3.125));
-    add(8, "pixel in a face", Demand::InFace, outside, v(2.5, 1.25, 3.125));
-    add(8, "pixel on a corner", Demand::InFace, outside, v(2.5, 1.5, 3.5));
-    add(8, "pixel on a face of the box", Demand::InFace, v(-9.0, 2.0, 4.0), v(-0.5, 1.25, 2.125));
+    add(8, "pixel in a face", Demand::NearFace, outside, v(2.5, 1.25, 3.125));
+    add(8, "pixel on a corner", Demand::NearFace, outside, v(2.5, 1.5, 3.5));
+    add(8, "pixel on a face of the box", Demand::NearFace, v(-9.0, 2.0, 4.0), v(-0.5, 1.25, 2.125));
     add(8, "pixel in front of the box", Demand::Exact, v(-9.0, 2.0, 2.5), v(-0.75, 1.25, 2.125));
     add(8, "both in one voxel", Demand::Exact, v(2.125, 1.0625, 3.25), v(1.75, 0.75, 3.375));
     add(

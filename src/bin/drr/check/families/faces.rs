@@ -41,8 +41,8 @@ fn in_faces() -> Vec<Case> {
         case("backwards".into(), 1.5, -1.0, Demand::Exact);
         // Nearer to the face than float32 can tell.
         for off in [1e-3, 1e-9, 1e-12] {
-            case(format!("{off:.0e} above"), 1.5 + off, 1.0, Demand::InFace);
-            case(format!("{off:.0e} below"), 1.5 - off, 1.0, Demand::InFace);
+            case(format!("{off:.0e} above"), 1.5 + off, 1.0, Demand::NearFace);
+            case(format!("{off:.0e} below"), 1.5 - off, 1.0, Demand::NearFace);
         }
         case("lower face of the box".into(), -0.5, 1.0, Demand::Exact);
         case("upper face of the box".into(), high, 1.0, Demand::Exact);
@@ -128,7 +128,7 @@ fn grazing() -> Vec<Case> {
         cases.push(Case {
             family: 6,
             name: format!("through an outer face at a slope of {slope:.0e}"),
-            demand: Demand::InFace(set),
+            demand: Demand::NearFace(set),
         });
     }
     cases
