@@ -47,10 +47,10 @@ fn not_numbers() -> Vec<Case> {
         }));
         let bad = f64::from(bad);
         let pose = segment(DVec3::new(-9.0, 1.0, 2.0), DVec3::new(9.0, 1.0, 2.0));
-        cases.push(refusal(&format!("a source at {bad}"), "source", move |context| {
+        cases.push(refusal(&format!("a source at {bad}"), "views[0].source", move |context| {
             project(context, View::Pose(DetectorPose { source: DVec3::new(0.0, bad, 0.0), ..pose }))
         }));
-        cases.push(refusal(&format!("{bad} in a matrix"), "modelViewProjectionMatrix", move |context| {
+        cases.push(refusal(&format!("{bad} in a matrix"), "views[0].modelViewProjectionMatrix", move |context| {
             let mut projection = Projection::from_pose(&pose, [1, 1])?;
             projection.matrix.y_axis.x = bad;
             project(context, View::Projection(projection))
@@ -61,7 +61,7 @@ fn not_numbers() -> Vec<Case> {
             values[1] = bad;
             MassAttenuation::new(grid, vec!["of a case".into()], values).map(|_| ())
         }));
-        cases.push(refusal(&format!("a step of {bad}"), "step_voxels", move |context| {
+        cases.push(refusal(&format!("a step of {bad}"), "scene.step_voxels", move |context| {
             let scene = Scene { algorithm: Algorithm::March { step: bad }, ..Scene::new([1, 1])? };
             Projector::new(context, water(unit_grid(SMALL)), scene).map(|_| ())
         }));

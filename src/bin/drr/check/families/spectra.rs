@@ -75,7 +75,7 @@ fn without_signal() -> Vec<Case> {
             family: 18,
             name: "refused: I0 beyond float32".into(),
             demand: Demand::Refused(
-                "spectrum",
+                "scene.spectrum's sum",
                 Box::new(|context| {
                     let scene = Scene { spectrum: spectrum(|_| 1e38), ..Scene::new([1, 1])? };
                     Projector::new(context, rod(4).0, scene).map(|_| ())
