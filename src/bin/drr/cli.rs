@@ -22,7 +22,7 @@ Examples:
   drr validate                                            the measured error against closed forms
   drr check                                               the hard cases on this machine, against exact arithmetic
 
-Exit codes: 0 done; 1 a validation failed or memory ran out; 2 an argument or an input is not valid.";
+Exit codes: 0 done; 1 a validation or a check failed, or memory ran out; 2 an argument or an input is not valid.";
 
 /// The arguments of the command.
 #[derive(Debug, Parser)]

@@ -32,15 +32,17 @@ const ALGORITHMS: [Algorithm; 4] =
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
-Every case is a small volume and a few rays, by pose (segments) and by uniforms in float32 (half-lines), and every layer
-of every pixel counts. What is right is computed here, in exact rational arithmetic; a row shows the layer that uses most
-of its bound. S is the exact integral, V the largest density, X half the volume's diagonal, D the largest coordinate:
+Every case is a small volume and a few rays, most of them by pose (segments) and by uniforms in float32 (half-lines), with
+every algorithm that an engine has; every layer asked for counts. What is right is computed here, in exact rational
+arithmetic; a row shows the layer that uses most of its bound. S is the exact integral, V the largest density, X half the
+volume's diagonal, D the largest coordinate of volume, source and first pixel (X and D in cm for areal densities):
 
   float32 engines   areal density, bone path  1e-6 S + 8 2^-24 X V      line integral  2e-6 p + 1e-6
   float64 engine    areal density, bone path  1e-13 S + 8 2^-53 D V     line integral  1e-13 p + 1e-14 + that of S
 
-Where a ray lies in a face, the value of any ray moved by less than 8 2^-24 X (8 2^-53 D) is right. A row with a bound of
-0 compares bytes, or is about an input that must be refused. Exit code 1 when a row fails.")]
+Where rounding decides on which side of a face a ray lies, right is also what lies between the values of the rays beside
+it, 8 2^-24 X (8 2^-53 D) away. A row with a bound of 0 compares bytes, or is about an input that must be refused.
+Exit code 1 when a row fails.")]
 pub(crate) struct Arguments {
     /// Only the families with these numbers, 1 to 28
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = clap::value_parser!(u8).range(1..=28))]
@@ -70,7 +72,11 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let contexts = contexts.collect::<drr::Result<Vec<_>>>()?;
     let cases: Vec<_> = families::all().into_iter().filter(|case| arguments.wants(case)).collect();
     if cases.is_empty() {
-        bail!("no case has this family and this text in its name; valid: see `drr check` without arguments");
+        let Arguments { family, only, .. } = arguments;
+        let only = only.as_deref().unwrap_or_default();
+        bail!(
+            "--family {family:?} with --only \"{only}\" leaves no case; valid: what `drr check` prints without them"
+        );
     }
     let bar = console.bar("checking", cases.len());
     let of_case = |case: &Case| {

@@ -50,11 +50,15 @@ fn not_numbers() -> Vec<Case> {
         cases.push(refusal(&format!("a source at {bad}"), "views[0].source", move |context| {
             project(context, View::Pose(DetectorPose { source: DVec3::new(0.0, bad, 0.0), ..pose }))
         }));
-        cases.push(refusal(&format!("{bad} in a matrix"), "views[0].modelViewProjectionMatrix", move |context| {
-            let mut projection = Projection::from_pose(&pose, [1, 1])?;
-            projection.matrix.y_axis.x = bad;
-            project(context, View::Projection(projection))
-        }));
+        cases.push(refusal(
+            &format!("{bad} in a matrix"),
+            "views[0].modelViewProjectionMatrix",
+            move |context| {
+                let mut projection = Projection::from_pose(&pose, [1, 1])?;
+                projection.matrix.y_axis.x = bad;
+                project(context, View::Projection(projection))
+            },
+        ));
         cases.push(refusal(&format!("an attenuation of {bad}"), "mass_attenuation[0][1]", move |_| {
             let grid = *Scene::new([1, 1])?.spectrum.grid();
             let mut values = vec![1.0; grid.count()];
