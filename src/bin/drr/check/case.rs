@@ -19,6 +19,43 @@ pub(crate) struct Case {
     pub(crate) demand: Demand,
 }
 
+impl Case {
+    fn new(family: usize, name: impl Into<String>, demand: Demand) -> Self {
+        Self { family, name: name.into(), demand }
+    }
+
+    /// See [`Demand::Exact`].
+    pub(crate) fn exact(family: usize, name: impl Into<String>, set: Set) -> Self {
+        Self::new(family, name, Demand::Exact(set))
+    }
+
+    /// See [`Demand::NearFace`].
+    pub(crate) fn near_face(family: usize, name: impl Into<String>, set: Set) -> Self {
+        Self::new(family, name, Demand::NearFace(set))
+    }
+
+    /// See [`Demand::Vacuum`].
+    pub(crate) fn vacuum(family: usize, name: impl Into<String>, set: Set) -> Self {
+        Self::new(family, name, Demand::Vacuum(set))
+    }
+
+    /// See [`Demand::Same`].
+    pub(crate) fn same(family: usize, name: impl Into<String>, sets: [Set; 2]) -> Self {
+        Self::new(family, name, Demand::Same(Box::new(sets)))
+    }
+
+    /// See [`Demand::Refused`].
+    pub(crate) fn refused<T>(
+        family: usize,
+        name: impl Into<String>,
+        argument: &'static str,
+        attempt: impl Fn(&Context) -> drr::Result<T> + Send + Sync + 'static,
+    ) -> Self {
+        let attempt = Box::new(move |context: &Context| attempt(context).map(drop));
+        Self::new(family, format!("refused: {}", name.into()), Demand::Refused(argument, attempt))
+    }
+}
+
 /// What must come of a case, on every engine and with every algorithm.
 pub(crate) enum Demand {
     /// The exact answer, to rounding.

@@ -19,6 +19,8 @@ pub(super) struct Judge<'a> {
     case: &'a Case,
     algorithm: Algorithm,
     expected: Vec<Expected>,
+    /// For the rays beside those in a face, where they count too.
+    beside: Option<Truth>,
 }
 
 /// One ray and its values: more than one where rounding decides the driving axis.
@@ -29,18 +31,21 @@ struct Expected {
 
 impl<'a> Judge<'a> {
     pub(super) fn new(case: &'a Case, algorithm: Algorithm) -> Self {
-        let expected = match &case.demand {
-            Demand::Exact(set) | Demand::NearFace(set) => expected(set, of_set(algorithm, set)),
-            Demand::Vacuum(_) | Demand::Same(..) | Demand::Refused(..) => Vec::new(),
+        let (expected, beside) = match &case.demand {
+            Demand::Exact(set) | Demand::NearFace(set) => {
+                let truth = Truth::new(&set.volume, &set.scene);
+                let near_face = matches!(case.demand, Demand::NearFace(_));
+                (expected(&truth, set, of_set(algorithm, set)), near_face.then_some(truth))
+            }
+            Demand::Vacuum(_) | Demand::Same(..) | Demand::Refused(..) => (Vec::new(), None),
         };
-        Self { case, algorithm, expected }
+        Self { case, algorithm, expected, beside }
     }
 
     /// Runs the case on the context's engine.
     pub(super) fn verdict(&self, context: &Context) -> Verdict {
         match &self.case.demand {
-            Demand::Exact(set) => self.compare(context, set, false),
-            Demand::NearFace(set) => self.compare(context, set, true),
+            Demand::Exact(set) | Demand::NearFace(set) => self.compare(context, set),
             Demand::Vacuum(set) => {
                 let images = self.images(context, set)?;
                 Ok((vacuum(context.backend(), set.scene.spectrum.total(), &images), None))
@@ -69,7 +74,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    fn compare(&self, context: &Context, set: &Set, near_face: bool) -> Verdict {
+    fn compare(&self, context: &Context, set: &Set) -> Verdict {
         let images = self.images(context, set)?;
         let [width, height] = set.scene.detector;
         let mut worst = Deviation::NONE;
@@ -80,8 +85,8 @@ impl<'a> Judge<'a> {
             let bounds = Bounds::new(context.backend(), set, view);
             let against = |values: &Values| bounds.deviation(set.layers, &got, [values, values]);
             let mut best = closest(expected.values.iter().map(against));
-            if best.ratio() > 1.0 && near_face {
-                let [low, high] = self.range(set, &expected.line, bounds.shift_mm);
+            if let Some(truth) = self.beside.as_ref().filter(|_| best.ratio() > 1.0) {
+                let [low, high] = self.range(truth, set, &expected.line, bounds.shift_mm);
                 best = bounds.deviation(set.layers, &got, [&low, &high]);
                 if best.ratio() <= 1.0 {
                     note = Some("as a ray beside it".to_owned());
@@ -93,8 +98,7 @@ impl<'a> Judge<'a> {
     }
 
     /// The least and the largest value of each layer, over rays moved by at most `shift_mm` along each axis.
-    fn range(&self, set: &Set, line: &Line, shift_mm: f64) -> [Values; 2] {
-        let truth = Truth::new(&set.volume, &set.scene);
+    fn range(&self, truth: &Truth, set: &Set, line: &Line, shift_mm: f64) -> [Values; 2] {
         let matrix = set.volume.grid().index_to_world().matrix3;
         let shift = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| shift_mm / axis.length());
         let moves = (0..27).map(|k| [k % 3, k / 3 % 3, k / 9].map(|step| f64::from(step) - 1.0));
@@ -114,8 +118,7 @@ fn of_set(algorithm: Algorithm, set: &Set) -> Algorithm {
     }
 }
 
-fn expected(set: &Set, algorithm: Algorithm) -> Vec<Expected> {
-    let truth = Truth::new(&set.volume, &set.scene);
+fn expected(truth: &Truth, set: &Set, algorithm: Algorithm) -> Vec<Expected> {
     let [width, height] = set.scene.detector;
     let rays = set.views.iter().flat_map(|request| {
         let line = move |pixel| {
@@ -174,5 +177,60 @@ fn refused(argument: &str, attempt: drr::Result<()>) -> (Deviation, Option<Strin
         }
         Err(error) => (Deviation::NOT_SEEN, Some(format!("names another argument: {error}"))),
         Ok(()) => (Deviation::NOT_SEEN, Some("was accepted".to_owned())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const I0: f64 = 0.1;
+
+    /// Two pixels of one material: I0, and nothing on the way.
+    fn nothing(i0: f64) -> Images<f64> {
+        Images {
+            size: [2, 1],
+            views: 1,
+            materials: 1,
+            intensity: vec![i0; 2],
+            line_integral: vec![0.0; 2],
+            areal_density: vec![0.0; 2],
+            bone_path: vec![0.0; 2],
+        }
+    }
+
+    #[test]
+    fn one_pixel_that_is_not_vacuum_is_seen() {
+        let single = I0 as f32;
+        for (backend, exact, beside) in [
+            (Backend::Cpu, f64::from(single), [single.next_down(), single.next_up()].map(f64::from)),
+            (Backend::Reference, I0, [I0.next_down(), I0.next_up()]),
+        ] {
+            let used = |images: &Images<f64>| vacuum(backend, I0, images).ratio();
+            assert_eq!(used(&nothing(exact)), 0.0);
+            for pixel in 0..2 {
+                for layer in 0..4 {
+                    let mut images = nothing(exact);
+                    let Images { intensity, line_integral, areal_density, bone_path, .. } = &mut images;
+                    [intensity, line_integral, areal_density, bone_path][layer][pixel] = f64::NAN;
+                    assert!(used(&images) > 1.0);
+                }
+                for i0 in beside {
+                    let mut images = nothing(exact);
+                    images.intensity[pixel] = i0;
+                    assert!(used(&images) > 1.0, "{i0:e}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_refusal_must_name_the_argument_and_not_only_mention_it() {
+        let used = |error| refused("spectrum", Err(error)).0.ratio();
+        assert_eq!(used(Error::invalid("spectrum[7]", -1, "at least 0")), 0.0);
+        assert!(used(Error::invalid("energies", 3, "as many as spectrum has")) > 1.0);
+        assert!(used(Error::invalid("energies", "spectrum", "numbers")) > 1.0);
+        assert!(used(Error::Unsupported("spectrum".into())) > 1.0);
+        assert!(refused("spectrum", Ok(())).0.ratio() > 1.0);
     }
 }

@@ -67,7 +67,7 @@ pub(crate) fn grey(grid: Grid) -> Arc<Volume> {
 
 /// Soft tissue of 1 g/cm³.
 pub(crate) fn water(grid: Grid) -> Arc<Volume> {
-    volume(grid, |_| (0, SOFT_TISSUE))
+    uniform(grid, SOFT_TISSUE)
 }
 
 /// Everything of 1 g/cm³ and one label.

@@ -3,10 +3,10 @@
 use drr::geometry::{DetectorPose, Projection, View};
 use glam::{DMat4, DVec3, DVec4};
 
-use crate::check::case::{Case, Demand, Set};
+use super::AXIS_NAMES;
+use crate::check::case::{Case, Set};
 use crate::check::volumes::{SMALL, grey, mixed, unit_grid};
 
-const NAMES: [&str; 3] = ["x", "y", "z"];
 /// A point between planes: no ray through it along an axis is in a face.
 const THROUGH: DVec3 = DVec3::new(2.25, 1.375, 3.125);
 
@@ -34,7 +34,6 @@ pub(super) fn parallel(axis: usize, through: DVec3) -> View {
 
 /// The direction has two components that are exactly 0.
 fn along(axis: usize) -> Vec<Case> {
-    let name = NAMES[axis];
     let ray = |sign: f64, through: DVec3| {
         let beside = through * (DVec3::ONE - unit(axis));
         Set::ray(
@@ -54,7 +53,7 @@ fn along(axis: usize) -> Vec<Case> {
         ("in the outer half voxel", ray(1.0, outer)),
         ("parallel beam", beam),
     ]
-    .map(|(how, set)| Case { family: 1, name: format!("along {name}, {how}"), demand: Demand::Exact(set) })
+    .map(|(how, set)| Case::exact(1, format!("along {}, {how}", AXIS_NAMES[axis]), set))
     .into()
 }
 
@@ -66,8 +65,7 @@ fn tilted(axis: usize) -> Vec<Case> {
     let case = |tilt: f64| {
         let end = 16.0 * unit(axis) + tilt * across;
         let set = Set::ray(grey(unit_grid(SMALL)), -end, end);
-        let name = format!("along {}, tilted by {tilt:.0e}", NAMES[axis]);
-        Case { family: 1, name, demand: Demand::Exact(set) }
+        Case::exact(1, format!("along {}, tilted by {tilt:.0e}", AXIS_NAMES[axis]), set)
     };
     tilts.map(case).into()
 }
@@ -96,10 +94,9 @@ fn zeros(axis: usize) -> Vec<Case> {
         ("pose", View::Pose(pose), View::Pose(negated)),
         ("matrix", View::Projection(beam), View::Projection(negated_beam)),
     ]
-    .map(|(what, plus, minus)| Case {
-        family: 2,
-        name: format!("along {}, zeros of the {what} negated", NAMES[axis]),
-        demand: Demand::Same(Box::new([set(plus), set(minus)])),
+    .map(|(what, plus, minus)| {
+        let name = format!("along {}, zeros of the {what} negated", AXIS_NAMES[axis]);
+        Case::same(2, name, [set(plus), set(minus)])
     })
     .into()
 }

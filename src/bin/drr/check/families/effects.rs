@@ -5,8 +5,8 @@ use drr::geometry::View;
 use drr::physics::{EnergyGrid, Spectrum};
 use glam::DVec3;
 
-use super::spectra::{spectrum, through, tube};
-use crate::check::case::{Case, Demand, Set, segment};
+use super::spectra::{through, tube, two_lines};
+use crate::check::case::{Case, Set, segment};
 use crate::check::volumes::{SMALL, mixed, noise, unit_grid, volume, water};
 
 pub(super) fn cases() -> Vec<Case> {
@@ -16,40 +16,21 @@ pub(super) fn cases() -> Vec<Case> {
 /// What is cut off is at most exp(−15) of I0, whatever the spectrum and the material.
 fn early_exit() -> Vec<Case> {
     let mut cases = Vec::new();
-    let mut add = |name: String, set: Set, layers: Layers| {
+    let mut add = |name: &str, set: Set, layers: Layers| {
         let mut set = Set { layers, ..set };
         set.views.iter_mut().for_each(|view| view.early_exit = true);
-        cases.push(Case { family: 19, name, demand: Demand::Exact(set) });
+        cases.push(Case::exact(19, name, set));
     };
     let only = Layers { intensity: true, ..Layers::default() };
     for material in ["soft_tissue", "bone_cortical", "titanium", "steel_316l", "tungsten", "iodine"] {
-        add(format!("through {material}"), through(material, 900, tube()), only);
+        add(&format!("through {material}"), through(material, 900, tube()), only);
     }
-    let lines = |faint: f64| {
-        spectrum(move |e| {
-            if e == 20.0 {
-                1.0
-            } else if e == 150.0 {
-                faint
-            } else {
-                0.0
-            }
-        })
-    };
-    add("a faint line that passes".into(), through("titanium", 900, lines(1e-4)), only);
-    add("with the bone path".into(), through("titanium", 900, tube()), Layers { bone_path: true, ..only });
+    add("a faint line that passes", through("titanium", 900, two_lines(1e-4)), only);
+    add("with the bone path", through("titanium", 900, tube()), Layers { bone_path: true, ..only });
+    add("with the line integral", through("titanium", 900, tube()), Layers { line_integral: true, ..only });
+    add("with the areal density", through("titanium", 900, tube()), Layers { areal_density: true, ..only });
     add(
-        "with the line integral".into(),
-        through("titanium", 900, tube()),
-        Layers { line_integral: true, ..only },
-    );
-    add(
-        "with the areal density".into(),
-        through("titanium", 900, tube()),
-        Layers { areal_density: true, ..only },
-    );
-    add(
-        "beside the K edge".into(),
+        "beside the K edge",
         through("tungsten", 900, {
             let grid = EnergyGrid::new(69.0, 1.0, 3).expect("valid");
             Spectrum::new("flat", grid, vec![1.0; 3]).expect("valid")
@@ -75,7 +56,7 @@ fn long_sums() -> Vec<Case> {
         ("4 000 voxels of noise", set(columns(4000), along(4000, 0.0), 0.25)),
         ("4 000 voxels of noise, inclined", set(columns(4000), along(4000, 0.375), 0.5)),
     ]
-    .map(|(name, set)| Case { family: 20, name: name.into(), demand: Demand::Exact(set) })
+    .map(|(name, set)| Case::exact(20, name, set))
     .into()
 }
 
@@ -83,14 +64,13 @@ fn long_sums() -> Vec<Case> {
 fn bone() -> Vec<Case> {
     let grid = unit_grid(SMALL);
     let v = DVec3::new;
-    let weightless = volume(grid, |[i, j, k]| (-1000, if (i + j + k) % 2 == 0 { 3 } else { 2 }));
     let checkered = |hu: i16| volume(grid, move |[i, j, k]| (hu, if (i + j + k) % 2 == 0 { 3 } else { 2 }));
     [
-        ("bone of no density", Set::ray(weightless, v(-9.0, 1.2, 2.1), v(15.0, 2.2, 3.3))),
+        ("bone of no density", Set::ray(checkered(-1000), v(-9.0, 1.2, 2.1), v(15.0, 2.2, 3.3))),
         ("a chequer of bone", Set::ray(checkered(700), v(-9.0, -8.0, 2.1), v(12.0, 11.0, 3.3))),
         ("bone from inside", Set::ray(checkered(700), v(2.1, 1.2, 2.1), v(12.0, 3.0, 3.3))),
         ("all materials", Set::ray(mixed(grid), v(2.1, -9.2, 2.1), v(2.6, 13.0, 3.3))),
     ]
-    .map(|(name, set)| Case { family: 28, name: name.into(), demand: Demand::Exact(set) })
+    .map(|(name, set)| Case::exact(28, name, set))
     .into()
 }

@@ -2,55 +2,46 @@
 
 use glam::DVec3;
 
-use crate::check::case::{Case, Demand, Set};
+use crate::check::case::{Case, Set};
 use crate::check::volumes::{SMALL, grey, mixed, unit_grid};
 
 pub(super) fn cases() -> Vec<Case> {
     let v = DVec3::new;
     let outside = v(9.0, 8.0, -4.0);
-    let mut cases = Vec::new();
-    let mut add = |family: usize, name: &str, demand: fn(Set) -> Demand, from: DVec3, to: DVec3| {
-        let set = Set::ray(mixed(unit_grid(SMALL)), from, to);
-        cases.push(Case { family, name: name.into(), demand: demand(set) });
-    };
-    add(7, "source inside a voxel", Demand::Exact, v(2.25, 1.5, 3.125), outside);
-    add(7, "source at a voxel's centre", Demand::Exact, v(2.0, 1.0, 3.0), outside);
-    add(7, "source in a face", Demand::NearFace, v(2.5, 1.25, 3.125), outside);
-    add(7, "source on an edge", Demand::NearFace, v(2.5, 1.5, 3.125), outside);
-    add(7, "source on a corner", Demand::NearFace, v(2.5, 1.5, 3.5), outside);
-    add(7, "source on a corner, along an edge", Demand::NearFace, v(2.5, 1.5, 3.5), v(2.5, 1.5, 30.0));
-    add(7, "source on a face of the box", Demand::NearFace, v(-0.5, 1.25, 2.125), v(9.0, 2.0, 4.0));
-    add(7, "source on a corner of the box", Demand::NearFace, v(-0.5, -0.5, -0.5), v(6.0, 3.0, 7.0));
-    add(
-        7,
-        "source one ulp inside the box",
-        Demand::NearFace,
-        v((-0.5_f64).next_up(), 1.25, 2.125),
-        v(9.0, 2.0, 4.0),
-    );
-    add(
-        7,
-        "source one ulp outside the box",
-        Demand::NearFace,
-        v((-0.5_f64).next_down(), 1.25, 2.125),
-        v(9.0, 2.0, 4.0),
-    );
-    add(8, "pixel inside", Demand::Exact, outside, v(2.25, 1.5, 3.125));
-    add(8, "pixel in a face", Demand::NearFace, outside, v(2.5, 1.25, 3.125));
-    add(8, "pixel on a corner", Demand::NearFace, outside, v(2.5, 1.5, 3.5));
-    add(8, "pixel on a face of the box", Demand::NearFace, v(-9.0, 2.0, 4.0), v(-0.5, 1.25, 2.125));
-    add(8, "pixel in front of the box", Demand::Exact, v(-9.0, 2.0, 2.5), v(-0.75, 1.25, 2.125));
-    add(8, "both in one voxel", Demand::Exact, v(2.125, 1.0625, 3.25), v(1.75, 0.75, 3.375));
-    add(
-        8,
-        "both in one voxel, 1e-9 mm apart",
-        Demand::Exact,
-        v(2.125, 1.0625, 3.25),
-        v(2.125 + 1e-9, 1.0625, 3.25),
-    );
-    add(8, "both inside, voxels apart", Demand::Exact, v(0.3, 0.2, 0.1), v(3.7, 2.9, 5.1));
-    cases.push(continuous());
-    cases
+    let ray = |from, to| Set::ray(mixed(unit_grid(SMALL)), from, to);
+    vec![
+        Case::exact(7, "source inside a voxel", ray(v(2.25, 1.5, 3.125), outside)),
+        Case::exact(7, "source at a voxel's centre", ray(v(2.0, 1.0, 3.0), outside)),
+        Case::near_face(7, "source in a face", ray(v(2.5, 1.25, 3.125), outside)),
+        Case::near_face(7, "source on an edge", ray(v(2.5, 1.5, 3.125), outside)),
+        Case::near_face(7, "source on a corner", ray(v(2.5, 1.5, 3.5), outside)),
+        Case::near_face(7, "source on a corner, along an edge", ray(v(2.5, 1.5, 3.5), v(2.5, 1.5, 30.0))),
+        Case::near_face(7, "source on a face of the box", ray(v(-0.5, 1.25, 2.125), v(9.0, 2.0, 4.0))),
+        Case::near_face(7, "source on a corner of the box", ray(v(-0.5, -0.5, -0.5), v(6.0, 3.0, 7.0))),
+        Case::near_face(
+            7,
+            "source one ulp inside the box",
+            ray(v((-0.5_f64).next_up(), 1.25, 2.125), v(9.0, 2.0, 4.0)),
+        ),
+        Case::near_face(
+            7,
+            "source one ulp outside the box",
+            ray(v((-0.5_f64).next_down(), 1.25, 2.125), v(9.0, 2.0, 4.0)),
+        ),
+        Case::exact(8, "pixel inside", ray(outside, v(2.25, 1.5, 3.125))),
+        Case::near_face(8, "pixel in a face", ray(outside, v(2.5, 1.25, 3.125))),
+        Case::near_face(8, "pixel on a corner", ray(outside, v(2.5, 1.5, 3.5))),
+        Case::near_face(8, "pixel on a face of the box", ray(v(-9.0, 2.0, 4.0), v(-0.5, 1.25, 2.125))),
+        Case::exact(8, "pixel in front of the box", ray(v(-9.0, 2.0, 2.5), v(-0.75, 1.25, 2.125))),
+        Case::exact(8, "both in one voxel", ray(v(2.125, 1.0625, 3.25), v(1.75, 0.75, 3.375))),
+        Case::exact(
+            8,
+            "both in one voxel, 1e-9 mm apart",
+            ray(v(2.125, 1.0625, 3.25), v(2.125 + 1e-9, 1.0625, 3.25)),
+        ),
+        Case::exact(8, "both inside, voxels apart", ray(v(0.3, 0.2, 0.1), v(3.7, 2.9, 5.1))),
+        continuous(),
+    ]
 }
 
 /// A source moves through a face of the box pixel by pixel: the views are one ray each.
@@ -61,5 +52,5 @@ fn continuous() -> Case {
         let more = Set::ray(set.volume.clone(), at(step), DVec3::new(9.0, 2.0, 4.0));
         set.views.extend(more.views);
     }
-    Case { family: 7, name: "source moving into the box".into(), demand: Demand::Exact(set) }
+    Case::exact(7, "source moving into the box", set)
 }

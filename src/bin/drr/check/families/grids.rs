@@ -3,15 +3,11 @@
 use drr::geometry::{DetectorPose, Grid, View};
 use glam::{DAffine3, DMat3, DVec3};
 
-use crate::check::case::{Case, Demand, Set, segment};
+use crate::check::case::{Case, Set, segment};
 use crate::check::volumes::{SMALL, affine_grid, grey, mixed, spaced_grid, unit_grid, water};
 
 pub(super) fn cases() -> Vec<Case> {
     [anisotropic(), far_sources(), far_volumes(), thin(), affine(), refused()].into_iter().flatten().collect()
-}
-
-fn case(family: usize, name: impl Into<String>, set: Set) -> Case {
-    Case { family, name: name.into(), demand: Demand::Exact(set) }
 }
 
 /// From a distance through a point of the volume, given in voxels, along a direction in mm.
@@ -34,7 +30,7 @@ fn anisotropic() -> Vec<Case> {
         for direction in [[1.0, 0.2, 0.1], [0.1, 0.2, 1.0]] {
             let pose = through(&grid, DVec3::new(2.2, 1.3, 2.7), DVec3::from_array(direction), 5000.0);
             let name = format!("{spacing:?} mm along {direction:?}");
-            cases.push(case(11, name, Set::posed(mixed(grid), [1, 1], pose)));
+            cases.push(Case::exact(11, name, Set::posed(mixed(grid), [1, 1], pose)));
         }
     }
     cases
@@ -53,11 +49,8 @@ fn far_sources() -> Vec<Case> {
             let at = DVec3::new(2.2, 1.3, 2.7);
             let source = at - distance * direction.normalize();
             let pose = segment(source, at + 500.0 * direction.normalize());
-            cases.push(case(
-                12,
-                format!("from {distance:.0e} mm, {how}"),
-                Set::posed(mixed(grid), [1, 1], pose),
-            ));
+            let name = format!("from {distance:.0e} mm, {how}");
+            cases.push(Case::exact(12, name, Set::posed(mixed(grid), [1, 1], pose)));
         }
     }
     // Next to so small a volume everything that is taken from the source's end of the ray shows.
@@ -68,7 +61,7 @@ fn far_sources() -> Vec<Case> {
         at + 40.0 * DVec3::new(0.9, 0.3, 0.2).normalize(),
     );
     let set = Set::new(mixed(small), [1, 1], View::Pose(pose));
-    cases.push(case(12, "from 1e9 mm, voxels of a micrometre", set));
+    cases.push(Case::exact(12, "from 1e9 mm, voxels of a micrometre", set));
     cases
 }
 
@@ -87,7 +80,7 @@ fn far_volumes() -> Vec<Case> {
             } else {
                 Set::new(mixed(grid), [1, 1], View::Pose(pose))
             };
-            cases.push(case(13, name, set));
+            cases.push(Case::exact(13, name, set));
         }
     }
     cases
@@ -99,16 +92,22 @@ fn thin() -> Vec<Case> {
         let grid = unit_grid(n);
         for direction in [DVec3::new(1.0, 0.3, 0.2), DVec3::new(0.05, 0.04, 1.0)] {
             let at = 0.5 * DVec3::from_array(n.map(|n| n as f64 - 1.0)) + DVec3::splat(0.2);
+            let pose = through(&grid, at, direction, 30.0);
             let name = format!("{n:?} voxels along {direction}");
-            cases.push(case(14, name, Set::posed(mixed(grid), [1, 1], through(&grid, at, direction, 30.0))));
+            cases.push(Case::exact(14, name, Set::posed(mixed(grid), [1, 1], pose)));
         }
     }
+    let grid = unit_grid([1, 1, 4096]);
+    let pose = through(&grid, DVec3::new(0.1, 0.2, 2000.0), DVec3::new(1e-6, 0.0, 1.0), 9000.0);
+    cases.push(Case::exact(14, "a long column of water", Set::posed(water(grid), [1, 1], pose)));
     cases
 }
 
 fn affine() -> Vec<Case> {
     let c = (0.5_f64).cos();
     let s = (0.5_f64).sin();
+    let d = (0.5_f64).sqrt();
+    let eighth_turn = [[d, d, 0.0], [-d, d, 0.0], [0.0, 0.0, 1.0]];
     let origin = DVec3::new(3.0, -7.0, 11.0);
     [
         ("sheared, as by a gantry's tilt", [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.4, 1.5]]),
@@ -117,14 +116,7 @@ fn affine() -> Vec<Case> {
         ("mirrored in every axis", [[-1.0, 0.0, 0.0], [0.0, -1.1, 0.0], [0.0, 0.0, -0.9]]),
         ("axes permuted", [[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
         ("rotated by half a radian", [[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]),
-        (
-            "rotated by 45 degrees",
-            [
-                [0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0],
-                [-(0.5_f64.sqrt()), 0.5_f64.sqrt(), 0.0],
-                [0.0, 0.0, 1.0],
-            ],
-        ),
+        ("rotated by 45 degrees", eighth_turn),
         ("nearly singular, 1:1e3", [[1.0, 0.0, 0.0], [1.0, 1e-3, 0.0], [0.0, 0.0, 1.0]]),
         ("nearly singular, 1:1e5", [[1.0, 0.0, 0.0], [1.0, 1e-5, 0.0], [0.0, 0.0, 1.0]]),
         ("voxels of a nanometre", [[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0], [0.0, 0.0, 1e-6]]),
@@ -136,12 +128,12 @@ fn affine() -> Vec<Case> {
             let grid = affine_grid(SMALL, columns, origin);
             let size = grid.length_mm(DVec3::splat(6.0));
             let pose = through(&grid, DVec3::new(2.2, 1.3, 2.7), direction, 20.0 * size);
-            case(15, format!("{name}, along {direction}"), Set::new(mixed(grid), [1, 1], View::Pose(pose)))
+            let set = Set::new(mixed(grid), [1, 1], View::Pose(pose));
+            Case::exact(15, format!("{name}, along {direction}"), set)
         })
     })
-    .chain([case(15, "a diagonal of a rotated grid", {
-        let half = 0.5_f64.sqrt();
-        let grid = affine_grid([6; 3], [[half, half, 0.0], [-half, half, 0.0], [0.0, 0.0, 1.0]], DVec3::ZERO);
+    .chain([Case::exact(15, "a diagonal of a rotated grid", {
+        let grid = affine_grid([6; 3], eighth_turn, DVec3::ZERO);
         Set::posed(grey(grid), [1, 1], through(&grid, DVec3::new(2.4, 2.4, 2.3), DVec3::Y, 30.0))
     })])
     .collect()
@@ -149,41 +141,20 @@ fn affine() -> Vec<Case> {
 
 /// Relative to its columns a matrix is singular or not, whatever the unit.
 fn refused() -> Vec<Case> {
-    let grid = |columns: [[f64; 3]; 3]| {
-        let [x, y, z] = columns.map(DVec3::from_array);
-        let made =
-            Grid::new(SMALL, DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: DVec3::ZERO });
-        made.map(|_| ())
-    };
-    let refusal = |name: &str, columns: [[f64; 3]; 3]| Case {
-        family: 15,
-        name: name.into(),
-        demand: Demand::Refused("index_to_world", Box::new(move |_| grid(columns))),
-    };
-    let mut cases = vec![
-        refusal("refused: singular", [[1.0, 2.0, 0.0], [2.0, 4.0, 0.0], [0.0, 0.0, 1.0]]),
-        refusal("refused: singular with large entries", [[1e4, 2e4, 0.0], [2e4, 4e4, 1e-3], [0.0, 0.0, 1e4]]),
-        refusal("refused: a column of zeros", [[0.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
-        refusal("refused: NaN", [[f64::NAN, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
-        refusal("refused: infinite", [[1.0, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [0.0, 0.0, 1.0]]),
-    ];
-    for n in [[0, 4, 6], [5, 0, 6], [1 << 20, 4, 6], [1 << 15, 1 << 15, 1 << 15]] {
-        cases.push(Case {
-            family: 14,
-            name: format!("refused: {n:?} voxels"),
-            demand: Demand::Refused(
-                "dimensions",
-                Box::new(move |_| Grid::centred(n, DVec3::ONE).map(|_| ())),
-            ),
-        });
+    let mut cases = Vec::new();
+    for (name, columns) in [
+        ("singular", [[1.0, 2.0, 0.0], [2.0, 4.0, 0.0], [0.0, 0.0, 1.0]]),
+        ("singular with large entries", [[1e4, 2e4, 0.0], [2e4, 4e4, 1e-3], [0.0, 0.0, 1e4]]),
+        ("a column of zeros", [[0.0; 3], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+        ("NaN", [[f64::NAN, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
+        ("infinite", [[1.0, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [0.0, 0.0, 1.0]]),
+    ] {
+        let matrix = DAffine3::from_mat3(DMat3::from_cols_array_2d(&columns));
+        cases.push(Case::refused(15, name, "index_to_world", move |_| Grid::new(SMALL, matrix)));
     }
-    cases.push(case(14, "a long column of water", {
-        let grid = unit_grid([1, 1, 4096]);
-        Set::posed(
-            water(grid),
-            [1, 1],
-            through(&grid, DVec3::new(0.1, 0.2, 2000.0), DVec3::new(1e-6, 0.0, 1.0), 9000.0),
-        )
-    }));
+    for n in [[0, 4, 6], [5, 0, 6], [1 << 20, 4, 6], [1 << 15, 1 << 15, 1 << 15]] {
+        let name = format!("{n:?} voxels");
+        cases.push(Case::refused(14, name, "dimensions", move |_| Grid::centred(n, DVec3::ONE)));
+    }
     cases
 }

@@ -1,6 +1,7 @@
 //! The hard cases, by family. The families' numbers are those of README.md, one folder up.
 
 mod detectors;
+mod determinism;
 mod directions;
 mod effects;
 mod ends;
@@ -10,6 +11,9 @@ mod inputs;
 mod spectra;
 
 use super::case::Case;
+
+/// By axis.
+const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// What each family is about; the number is the place.
 pub(crate) const TITLES: [&str; 28] = [
@@ -54,6 +58,7 @@ pub(crate) fn all() -> Vec<Case> {
         spectra::cases(),
         effects::cases(),
         inputs::cases(),
+        determinism::cases(),
     ]
     .into_iter()
     .flatten()

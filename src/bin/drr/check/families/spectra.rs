@@ -7,7 +7,7 @@ use drr::volume::Volume;
 use drr::{Projector, Scene};
 use glam::DVec3;
 
-use crate::check::case::{Case, Demand, Set};
+use crate::check::case::{Case, Set};
 use crate::check::volumes::{uniform, unit_grid};
 
 const GRID: EnergyGrid = EnergyGrid::SPECIFICATION;
@@ -41,7 +41,20 @@ pub(super) fn spectrum(weight: impl Fn(f64) -> f64) -> Spectrum {
     Spectrum::new("of a case", GRID, GRID.energies().map(weight).collect()).expect("valid")
 }
 
-/// exp(−τ) leaves float32 at τ = 87 and float64 at 745; p goes on.
+/// 1 at 20 keV and `faint` at 150 keV.
+pub(super) fn two_lines(faint: f64) -> Spectrum {
+    spectrum(|e| {
+        if e == 20.0 {
+            1.0
+        } else if e == 150.0 {
+            faint
+        } else {
+            0.0
+        }
+    })
+}
+
+/// exp(−τ) is 0 in float32 from τ = 104 on, in float64 from 746; p goes on.
 fn opaque() -> Vec<Case> {
     let mut cases = Vec::new();
     for (material, mm) in
@@ -49,71 +62,47 @@ fn opaque() -> Vec<Case> {
     {
         for length in [mm / 10, mm] {
             let name = format!("{length} mm of {material} at 1 g/cm3");
-            cases.push(Case { family: 17, name, demand: Demand::Exact(through(material, length, tube())) });
+            cases.push(Case::exact(17, name, through(material, length, tube())));
         }
     }
     let line = Spectrum::monoenergetic(20.0).expect("valid");
-    let demand = Demand::Exact(through("tungsten", 2000, line));
-    cases.push(Case { family: 17, name: "2000 mm of tungsten at 20 keV".into(), demand });
+    cases.push(Case::exact(17, "2000 mm of tungsten at 20 keV", through("tungsten", 2000, line)));
     cases
 }
 
 fn without_signal() -> Vec<Case> {
     let refused = |name: &str, argument: &'static str, weight: fn(usize) -> f64| {
-        let attempt = move |_: &_| {
-            let weights = (0..GRID.count()).map(weight).collect();
-            Spectrum::new("of a case", GRID, weights).map(|_| ())
-        };
-        Case { family: 18, name: name.into(), demand: Demand::Refused(argument, Box::new(attempt)) }
+        let weights: Vec<_> = (0..GRID.count()).map(weight).collect();
+        Case::refused(18, name, argument, move |_| Spectrum::new("of a case", GRID, weights.clone()))
     };
     vec![
-        refused("refused: a spectrum of zeros", "spectrum", |_| 0.0),
-        refused("refused: a negative weight", "spectrum[7]", |k| if k == 7 { -1.0 } else { 1.0 }),
-        refused("refused: NaN as a weight", "spectrum[8]", |k| if k == 8 { f64::NAN } else { 1.0 }),
-        refused("refused: an infinite weight", "spectrum[9]", |k| if k == 9 { f64::INFINITY } else { 1.0 }),
-        Case {
-            family: 18,
-            name: "refused: I0 beyond float32".into(),
-            demand: Demand::Refused(
-                "scene.spectrum's sum",
-                Box::new(|context| {
-                    let scene = Scene { spectrum: spectrum(|_| 1e38), ..Scene::new([1, 1])? };
-                    Projector::new(context, rod(4).0, scene).map(|_| ())
-                }),
-            ),
-        },
+        refused("a spectrum of zeros", "spectrum", |_| 0.0),
+        refused("a negative weight", "spectrum[7]", |k| if k == 7 { -1.0 } else { 1.0 }),
+        refused("NaN as a weight", "spectrum[8]", |k| if k == 8 { f64::NAN } else { 1.0 }),
+        refused("an infinite weight", "spectrum[9]", |k| if k == 9 { f64::INFINITY } else { 1.0 }),
+        Case::refused(18, "I0 beyond float32", "scene.spectrum's sum", |context| {
+            let scene = Scene { spectrum: spectrum(|_| 1e38), ..Scene::new([1, 1])? };
+            Projector::new(context, rod(4).0, scene)
+        }),
     ]
 }
 
 fn limits() -> Vec<Case> {
-    let mut cases = Vec::new();
-    let mut add = |name: &str, length: usize, spectrum: Spectrum| {
-        let demand = Demand::Exact(through("titanium", length, spectrum));
-        cases.push(Case { family: 26, name: name.into(), demand });
-    };
-    add("a single line", 80, spectrum(|e| f64::from(u8::from(e == 60.0))));
-    add("all weight in the last bin", 80, spectrum(|e| f64::from(u8::from(e == 150.0))));
-    add("all weight in the first bin", 80, spectrum(|e| f64::from(u8::from(e == 15.0))));
-    add("weights of 1e-30", 80, spectrum(|_| 1e-30));
-    add("weights of 1e30", 80, spectrum(|_| 1e30));
+    let lit = |spectrum| through("titanium", 80, spectrum);
+    let line = |energy| spectrum(move |e| f64::from(u8::from(e == energy)));
+    let mut cases = vec![
+        Case::exact(26, "a single line", lit(line(60.0))),
+        Case::exact(26, "all weight in the last bin", lit(line(150.0))),
+        Case::exact(26, "all weight in the first bin", lit(line(15.0))),
+        Case::exact(26, "weights of 1e-30", lit(spectrum(|_| 1e-30))),
+        Case::exact(26, "weights of 1e30", lit(spectrum(|_| 1e30))),
+    ];
     for faint in [1e-3, 1e-6, 1e-20, 1e-38, 1e-42, 1e-60] {
         // What is left of a thick path is the faint line alone.
-        let name = format!("150 keV at {faint:.0e} of 20 keV");
-        add(
-            &name,
-            300,
-            spectrum(|e| {
-                if e == 20.0 {
-                    1.0
-                } else if e == 150.0 {
-                    faint
-                } else {
-                    0.0
-                }
-            }),
-        );
+        let set = through("titanium", 300, two_lines(faint));
+        cases.push(Case::exact(26, format!("150 keV at {faint:.0e} of 20 keV"), set));
     }
-    let powers = |by: f64| through("titanium", 80, spectrum(|e| by * e));
+    let powers = |by: f64| lit(spectrum(|e| by * e));
     for exponent in [-60, 60] {
         // p does not know the unit of the spectrum.
         let pair = [powers(1.0), powers(2_f64.powi(exponent))].map(|mut set| {
@@ -121,7 +110,7 @@ fn limits() -> Vec<Case> {
             set
         });
         let name = format!("p of a spectrum scaled by 2^{exponent}");
-        cases.push(Case { family: 26, name, demand: Demand::Same(Box::new(pair)) });
+        cases.push(Case::same(26, name, pair));
     }
     cases
 }

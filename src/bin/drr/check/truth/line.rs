@@ -139,7 +139,7 @@ impl Line {
         Self { origin: add(&self.origin, &by.map(exact)), ..self.clone() }
     }
 
-    /// The axis of the largest component of the direction, lowest first, and those equal to it but for rounding.
+    /// The axis of the largest component of the direction and those equal to it but for rounding, largest first.
     pub(super) fn driving_axes(&self) -> Vec<usize> {
         let size = self.direction.each_ref().map(Signed::abs);
         let largest = size.iter().max().expect("three axes");
