@@ -4,11 +4,10 @@
 #![allow(missing_docs, reason = "criterion makes public functions")]
 
 use std::hint::black_box;
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use drr::engine::{Backend, Layers};
+use drr::engine::{Backend, Layers, SILENT};
 use drr::geometry::{DetectorPose, Grid, View};
 use drr::phantom::Phantom;
 use drr::physics::{Calibration, Thresholds};
@@ -62,8 +61,7 @@ fn target_case(criterion: &mut Criterion) {
         let scene = Scene { algorithm, ..Scene::new(SIZE).expect("valid") };
         let projector = Projector::new(&context, volume.clone(), scene).expect("valid");
         group.bench_function(format!("two views, {}", algorithm.name()), |bencher| {
-            bencher
-                .iter(|| projector.project(&views, only, &|_| ControlFlow::Continue(())).expect("projects"));
+            bencher.iter(|| projector.project(&views, only, SILENT).expect("projects"));
         });
     }
     group.finish();

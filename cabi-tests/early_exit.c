@@ -1,4 +1,5 @@
-/* A ray along a water rod may stop early: the intensity changes by at most exp(-15) of I0, and other images not at all. */
+/* A ray along a water rod may stop early: the intensity changes by at most exp(-15) of I0, and other images not at
+ * all. */
 #include <math.h>
 #include <string.h>
 

@@ -77,12 +77,12 @@ static int refused_views(const DrrVolume *volume, char *place) {
     drr_outputs_init(&outputs);
     outputs.intensity = (float *)(void *)place;
     /* Whichever of the call's lists it is that does not fit. */
-    int refused = 0, done = 0;
-    for (size_t more = 2 * MIB; !done; more += 2 * MIB) {
+    int refused = 0;
+    for (size_t more = 2 * MIB;; more += 2 * MIB) {
         if (allow(more)) return 1;
-        done = drr_projector_project_poses(projector, poses, VIEWS, &outputs) == DRR_STATUS_OK;
-        if (done) break;
-        REFUSED(drr_projector_project_poses(projector, poses, VIEWS, &outputs), "bytes for the ");
+        const DrrStatus status = drr_projector_project_poses(projector, poses, VIEWS, &outputs);
+        if (status == DRR_STATUS_OK) break;
+        REFUSED(status, "bytes for the ");
         CHECK(outputs.intensity[0] == 0.0f && outputs.intensity[VIEWS - 1] == 0.0f);
         refused++;
     }

@@ -115,17 +115,17 @@ static void mu_lut_at_one_energy(Given *g) {
 #define PROJECTION_ROWS(f, member, alignment)                                                                        \
     HANDLE_ROWS(f), COUNT_ROWS(f, "view_count", view_count, "65536", 65537),                                         \
     {f, "view_count", "more than memory", more_than_memory, NOTHING, DRR_STATUS_OUT_OF_MEMORY, " bytes for ",        \
-     "the images"},                                                                                                      \
+     "the images"},                                                                                                  \
     POINTER_ROWS(f, outputs, member, "8 bytes"), STRUCT_SIZE_ROWS(f, "outputs", member, "56"),                       \
     {f, "outputs", "NULL images", no_images, NOTHING, INVALID, "outputs is NULL for every image;",                   \
      "at least one image"},                                                                                          \
     IMAGE_ROW(f, member, intensity, alignment), IMAGE_ROW(f, member, line_integral, alignment),                      \
     IMAGE_ROW(f, member, areal_density, alignment), IMAGE_ROW(f, member, bone_path_mm, alignment),                   \
-    {f, "outputs.bone_path_mm", "unplanned", boneless, PUT(to.member.bone_path_mm, void *, given.to.images), INVALID, \
-     "outputs.bone_path_mm is not NULL;", "NULL, because the scene is without DRR_EFFECT_BONE_PATH"}
+    {f, "outputs.bone_path_mm", "unplanned", boneless, PUT(to.member.bone_path_mm, void *, given.to.images),         \
+     INVALID, "outputs.bone_path_mm is not NULL;", "NULL, because the scene is without DRR_EFFECT_BONE_PATH"}
 
 #define ENTRY(entry, number)                                                                                         \
-    {offsetof(Given, to.views[1].modelViewProjectionMatrix) + sizeof(float) * (entry), sizeof(float), sizeof(float),  \
+    {offsetof(Given, to.views[1].modelViewProjectionMatrix) + sizeof(float) * (entry), sizeof(float), sizeof(float), \
      &(float){number}}
 #define ENTRY_ROW(setting, entry, place, kind, number, value, valid)                                                 \
     {&project, "views[1].modelViewProjectionMatrix", kind, setting, ENTRY(entry, number), INVALID,                   \
@@ -136,9 +136,9 @@ static void mu_lut_at_one_energy(Given *g) {
 #define SOURCE_ROW(axis, kind, number, value, valid)                                                                 \
     {&project, "views[1].sourcePosition", kind, NULL, PUT(to.views[1].sourcePosition.axis, float, number), INVALID,  \
      "views[1].sourcePosition is [" value, valid}
-#define LUT_ROW(field, setting, table, index, kind, number, value)                                                   \
+#define LUT_ROW(field, setting, table, index, kind, number, value, valid)                                            \
     {&project, "views[1]." field, kind, setting, PUT(to.table, float, number), INVALID,                              \
-     "views[1]." field index " is " value ";", "finite, at least 0"}
+     "views[1]." field index " is " value ";", valid}
 #define LUT_SETTING_ROW(field, kind, setting, value, valid)                                                          \
     {&project, "views[1]." field, kind, setting, NOTHING, INVALID, "views[1]." field value, valid}
 #define WHERE_RANGE "−1e10 … 1e10 mm"
@@ -161,19 +161,20 @@ static const Row projection_rows[] = {
     SOURCE_ROW(x, "huge", 2e10f, "2e10, ", WHERE_RANGE),
     SOURCE_ROW(x, "inconsistent", 100.0f, "100, ", "the point that modelViewProjectionMatrix sends to (0, 0, *, 0)"),
     LUT_SETTING_ROW("spectrumLutAddress", "misaligned", spectrum_lut_askew, " is 0x", "aligned to 4 bytes"),
-    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[7], "[7]", "negative", -1.0f, "-1"),
-    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[135], "[135]", "NaN", NAN, "NaN"),
-    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[0], "[0]", "+Inf", INFINITY, "inf"),
-    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[135], "[135]", "-Inf", -INFINITY, "-inf"),
+    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[7], "[7]", "negative", -1.0f, "-1", WEIGHT_RANGE),
+    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[135], "[135]", "NaN", NAN, "NaN", WEIGHT_RANGE),
+    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[0], "[0]", "+Inf", INFINITY, "inf", WEIGHT_RANGE),
+    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[135], "[135]", "-Inf", -INFINITY, "-inf", WEIGHT_RANGE),
     LUT_SETTING_ROW("spectrumLutAddress", "zero", spectrum_lut_of_zeros, "'s sum is 0;", "finite, above 0"),
     LUT_SETTING_ROW("spectrumLutAddress", "huge", spectrum_lut_too_bright, "'s sum is 4.6", "at most 3.4028235e38"),
     LUT_SETTING_ROW("spectrumLutAddress", "one energy", spectrum_lut_at_one_energy, " is 0x",
                     "0, because the scene is without DRR_EFFECT_POLYENERGETIC"),
     LUT_SETTING_ROW("muLutAddress", "misaligned", mu_lut_askew, " is 0x", "aligned to 4 bytes"),
-    LUT_ROW("muLutAddress", mu_lut, attenuation[7], "[0][7]", "negative", -1.0f, "-1"),
-    LUT_ROW("muLutAddress", mu_lut, attenuation[4 * ENERGIES - 1], "[3][135]", "NaN", NAN, "NaN"),
-    LUT_ROW("muLutAddress", mu_lut, attenuation[ENERGIES], "[1][0]", "+Inf", INFINITY, "inf"),
-    LUT_ROW("muLutAddress", mu_lut, attenuation[0], "[0][0]", "-Inf", -INFINITY, "-inf"),
+    LUT_ROW("muLutAddress", mu_lut, attenuation[7], "[0][7]", "negative", -1.0f, "-1", ATTENUATION_RANGE),
+    LUT_ROW("muLutAddress", mu_lut, attenuation[4 * ENERGIES - 1], "[3][135]", "NaN", NAN, "NaN", ATTENUATION_RANGE),
+    LUT_ROW("muLutAddress", mu_lut, attenuation[ENERGIES], "[1][0]", "+Inf", INFINITY, "inf", ATTENUATION_RANGE),
+    LUT_ROW("muLutAddress", mu_lut, attenuation[0], "[0][0]", "-Inf", -INFINITY, "-inf", ATTENUATION_RANGE),
+    LUT_ROW("muLutAddress", mu_lut, attenuation[7], "[0][7]", "huge", 1.5e9f, "1500000000", ATTENUATION_RANGE),
     LUT_SETTING_ROW("muLutAddress", "one energy", mu_lut_at_one_energy, " is 0x",
                     "0, because the scene is without DRR_EFFECT_POLYENERGETIC"),
 

@@ -7,7 +7,8 @@
 #include "volume_rows.h"
 
 static DrrStatus call_projector_create(const Given *g) {
-    return drr_projector_create((const DrrVolume *)g->volume, (const DrrScene *)g->scene, (DrrProjector **)g->projector);
+    return drr_projector_create((const DrrVolume *)g->volume, (const DrrScene *)g->scene,
+                                (DrrProjector **)g->projector);
 }
 static void projector_place(Given *g) { g->projector = &g->to.handle; }
 static void destroy_made_projector(const Given *g) { drr_projector_destroy((DrrProjector *)g->to.handle); }
@@ -60,7 +61,7 @@ static void another_classification(Given *g) { g->volume = live.adipose; }
 #define SCENE_ROW(field, type, kind, number, value, valid) \
     SCENE_ROW_WITH(NULL, field, type, kind, number, value, valid)
 #define SCENE_ROW_WITH(setting, field, type, kind, number, value, valid)                             \
-    {&projector_create, "scene." #field, kind, setting, PUT(to.scene.field, type, number), INVALID, \
+    {&projector_create, "scene." #field, kind, setting, PUT(to.scene.field, type, number), INVALID,  \
      "scene." #field " is " value ";", valid}
 #define SIDE_ROWS(field)                                                                             \
     SCENE_ROW(field, size_t, "zero", 0, "0", "1 … 32768 pixels"),                                    \
@@ -74,17 +75,19 @@ static void another_classification(Given *g) { g->volume = live.adipose; }
     SCENE_ROW_WITH(setting, field, double, "+Inf", INFINITY, "inf", valid),                          \
     SCENE_ROW_WITH(setting, field, double, "-Inf", -INFINITY, "-inf", valid),                        \
     SCENE_ROW_WITH(setting, field, double, "huge", 1e300, "1e300", valid)
-#define VALUE_ROW(setting, field, place, index, kind, number, value)                                 \
+#define WEIGHT_RANGE "finite, at least 0"
+#define ATTENUATION_RANGE "0 … 1e9 cm²/g"
+#define VALUE_ROW(setting, field, place, index, kind, number, value, valid)                          \
     {&projector_create, "scene." #field, kind, setting, PUT(to.place, float, number), INVALID,       \
-     "scene." #field index " is " value ";", "finite, at least 0"}
+     "scene." #field index " is " value ";", valid}
 /* A value of a table, somewhere in it and last. */
-#define TABLE_ROWS(setting, field, table, at, index, last, last_index)                               \
-    {&projector_create, "scene." #field, "misaligned", setting, ASKEW(to.scene.field, table), INVALID, \
-     "scene." #field " is 0x", "aligned to 4 bytes"},                                                \
-    VALUE_ROW(setting, field, table[at], index, "negative", -1.0f, "-1"),                            \
-    VALUE_ROW(setting, field, table[last], last_index, "NaN", NAN, "NaN"),                           \
-    VALUE_ROW(setting, field, table[at], index, "+Inf", INFINITY, "inf"),                            \
-    VALUE_ROW(setting, field, table[last], last_index, "-Inf", -INFINITY, "-inf")
+#define TABLE_ROWS(setting, field, table, at, index, last, last_index, valid)                        \
+    {&projector_create, "scene." #field, "misaligned", setting, ASKEW(to.scene.field, table),        \
+     INVALID, "scene." #field " is 0x", "aligned to 4 bytes"},                                       \
+    VALUE_ROW(setting, field, table[at], index, "negative", -1.0f, "-1", valid),                     \
+    VALUE_ROW(setting, field, table[last], last_index, "NaN", NAN, "NaN", valid),                    \
+    VALUE_ROW(setting, field, table[at], index, "+Inf", INFINITY, "inf", valid),                     \
+    VALUE_ROW(setting, field, table[last], last_index, "-Inf", -INFINITY, "-inf", valid)
 
 static const Row scene_rows[] = {
     {&projector_create, "volume", "NULL", NULL, POINT(volume, NULL), INVALID, "volume is NULL;", "a DrrVolume"},
@@ -96,20 +99,22 @@ static const Row scene_rows[] = {
     STRUCT_SIZE_ROWS(&projector_create, "scene", scene, "112"),
     SIDE_ROWS(detector_width),
     SIDE_ROWS(detector_height),
-    TABLE_ROWS(own_spectrum, spectrum, spectrum, 7, "[7]", ENERGIES - 1, "[135]"),
+    TABLE_ROWS(own_spectrum, spectrum, spectrum, 7, "[7]", ENERGIES - 1, "[135]", WEIGHT_RANGE),
     {&projector_create, "scene.spectrum", "zero", dark, NOTHING, INVALID, "scene.spectrum's sum is 0;",
      "finite, above 0"},
     {&projector_create, "scene.spectrum", "huge", blinding, NOTHING, INVALID, "scene.spectrum's sum is 4.6",
      "at most 3.4028235e38, which float32 images can hold"},
-    TABLE_ROWS(own_response, detector_response, response, 7, "[7]", ENERGIES - 1, "[135]"),
+    TABLE_ROWS(own_response, detector_response, response, 7, "[7]", ENERGIES - 1, "[135]", WEIGHT_RANGE),
     {&projector_create, "scene.detector_response", "zero", blind, NOTHING, INVALID,
      "scene.detector_response × spectrum's sum is 0;", "finite, above 0"},
-    TABLE_ROWS(own_materials, mass_attenuation, attenuation, 7, "[0][7]", MATERIALS * ENERGIES - 1, "[3][135]"),
-    VALUE_ROW(monoenergetic_with_materials, mass_attenuation, attenuation[ENERGIES + 55], "[1][55]", "NaN", NAN, "NaN"),
+    TABLE_ROWS(own_materials, mass_attenuation, attenuation, 7, "[0][7]", MATERIALS * ENERGIES - 1, "[3][135]",
+               ATTENUATION_RANGE),
+    VALUE_ROW(own_materials, mass_attenuation, attenuation[7], "[0][7]", "huge", 1.5e9f, "1500000000",
+              ATTENUATION_RANGE),
+    VALUE_ROW(monoenergetic_with_materials, mass_attenuation, attenuation[ENERGIES + 55], "[1][55]", "NaN", NAN, "NaN",
+              ATTENUATION_RANGE),
     VALUE_ROW(monoenergetic_with_materials, mass_attenuation, attenuation[3], "[0][3]", "negative", -1e-30f,
-              "-1.0000000031710769e-30"),
-    {&projector_create, "scene.mass_attenuation", "huge", own_materials, PUT(to.attenuation[7], float, 1.5e9f), INVALID,
-     "scene.mass_attenuation[0][7] is 1500000000;", "0 … 1e9 cm²/g"},
+              "-1.0000000031710769e-30", ATTENUATION_RANGE),
     {&projector_create, "scene.mass_attenuation", "other materials", another_classification, NOTHING, INVALID,
      "scene.mass_attenuation[2] is soft_tissue;", "adipose, as the volume's thresholds classified"},
     SCENE_ROW(material_count, size_t, "zero", 0, "0", "4 when mass_attenuation is NULL"),
@@ -117,15 +122,16 @@ static const Row scene_rows[] = {
     SCENE_ROW(material_count, size_t, "huge", SIZE_MAX, "18446744073709551615", "4 when mass_attenuation is NULL"),
     SCENE_ROW_WITH(own_materials, material_count, size_t, "zero", 0, "0", "1 … 8"),
     SCENE_ROW_WITH(own_materials, material_count, size_t, "huge", 9, "9", "1 … 8"),
-    SCENE_ROW_WITH(own_materials, material_count, size_t, "huge", SIZE_MAX / ENERGIES + 1, "135637824071393762", "1 … 8"),
+    SCENE_ROW_WITH(own_materials, material_count, size_t, "huge", SIZE_MAX / ENERGIES + 1, "135637824071393762",
+                   "1 … 8"),
     /* Bone is not asked for: only the volume's labels mind. */
     {&projector_create, "scene.material_count", "label", boneless_materials, PUT(to.scene.material_count, size_t, 3),
      INVALID, "scene.material_count is 3;", "at least 4: the volume has voxels with label 3"},
     SCENE_ROW(energy_count, size_t, "zero", 0, "0", "1 … 4096"),
     SCENE_ROW(energy_count, size_t, "huge", 4097, "4097", "1 … 4096"),
     SCENE_ROW(energy_count, size_t, "huge", SIZE_MAX, "18446744073709551615", "1 … 4096"),
-    {&projector_create, "scene.first_energy_kev", "not tabulated", NULL, PUT(to.scene.energy_count, size_t, 137), INVALID,
-     "scene.first_energy_kev + 136 × energy_step_kev is 151 keV;", "whole keV from 15 to 150"},
+    {&projector_create, "scene.first_energy_kev", "not tabulated", NULL, PUT(to.scene.energy_count, size_t, 137),
+     INVALID, "scene.first_energy_kev + 136 × energy_step_kev is 151 keV;", "whole keV from 15 to 150"},
     POSITIVE_ROWS(NULL, first_energy_kev, "above 0, at most 1e6 keV"),
     {&projector_create, "scene.first_energy_kev", "not tabulated", NULL, PUT(to.scene.first_energy_kev, double, 14.5),
      INVALID, "scene.first_energy_kev + 0 × energy_step_kev is 14.5 keV;", "whole keV from 15 to 150"},

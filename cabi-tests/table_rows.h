@@ -54,7 +54,7 @@ static void last_energy_huge(Given *g) {
     POSITIVE_NUMBER_ROWS(f, energy_step_kev, "1e-6 … 1e6 keV"),                                                \
     NOT_TABULATED_ROW(f, energy_step_kev, double, 0.5, "1 × energy_step_kev is 15.5"),                         \
     COUNT_ROWS(f, "energy_count", energy_count, "4096", 4097),                                                 \
-    {f, "energy_step_kev", "product", last_energy_huge, NOTHING, INVALID,                                         \
+    {f, "energy_step_kev", "product", last_energy_huge, NOTHING, INVALID,                                      \
      "first_energy_kev + 4095 × energy_step_kev is 4096000000 keV;", "at most 1e6 keV"},                       \
     {f, #place, "NULL", NULL, POINT(place, NULL), INVALID, #place " is NULL;", "a pointer to 136 values"},     \
     {f, #place, "misaligned", NULL, ASKEW(place, values), INVALID, #place " is 0x", "aligned to 4 bytes"}

@@ -1,6 +1,7 @@
 /* Eight threads share one projector while its parents are destroyed and other threads make and destroy contexts,
  * volumes and projectors: each image is, byte for byte, that of a single thread. */
 #include <pthread.h>
+#include <sched.h>
 #include <stdatomic.h>
 #include <string.h>
 
@@ -89,7 +90,7 @@ int main(void) {
         CHECK(pthread_create(&threads[t], NULL, run_projecting, shared.projector) == 0);
     for (int t = PROJECTING; t < PROJECTING + MAKING; t++)
         CHECK(pthread_create(&threads[t], NULL, run_making, NULL) == 0);
-    while (atomic_load(&projecting) < PROJECTING) continue; /* then most threads are at it */
+    while (atomic_load(&projecting) < PROJECTING) sched_yield(); /* then eight rounds have begun */
     OK(drr_context_destroy(shared.context));
     OK(drr_volume_destroy(shared.volume));
     for (int t = 0; t < PROJECTING + MAKING; t++) {

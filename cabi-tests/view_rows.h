@@ -17,8 +17,8 @@ static DrrStatus call_describe(const Given *g) {
     return drr_projector_describe((const DrrProjector *)g->projector) == NULL ? INVALID : DRR_STATUS_OK;
 }
 static DrrStatus call_project(const Given *g) {
-    return drr_projector_project((const DrrProjector *)g->projector, (const ProjectionUniforms *)g->views, g->view_count,
-                                 (const DrrOutputs *)g->outputs);
+    return drr_projector_project((const DrrProjector *)g->projector, (const ProjectionUniforms *)g->views,
+                                 g->view_count, (const DrrOutputs *)g->outputs);
 }
 static DrrStatus call_project_poses(const Given *g) {
     return drr_projector_project_poses((const DrrProjector *)g->projector, (const DrrDetectorPose *)g->poses,
@@ -134,7 +134,7 @@ static const Row geometry_rows[] = {
     LENGTH_ROW(angle_degrees, "NaN", NAN, "NaN", "a finite number"),
     LENGTH_ROW(angle_degrees, "+Inf", INFINITY, "inf", "a finite number"),
     LENGTH_ROW(angle_degrees, "-Inf", -INFINITY, "-inf", "a finite number"),
-    LENGTH_ROWS(source_axis_mm, "0e0 … 1e10 mm"),
+    LENGTH_ROWS(source_axis_mm, "0 … 1e10 mm"),
     LENGTH_ROWS(source_detector_mm, "1e-12 … 1e10 mm"),
     LENGTH_ROW(source_detector_mm, "zero", 0.0, "0", "1e-12 … 1e10 mm"),
     LENGTH_ROW(source_detector_mm, "tiny", 1e-13, "0.0000000000001", "1e-12 … 1e10 mm"),

@@ -72,8 +72,9 @@ static void volume_destroyed(Given *g) {
     {f, "descriptor.index_to_world", kind, NULL, PUT(to.descriptor.index_to_world[entry], double, number), INVALID, \
      "descriptor.index_to_world, last row (entries 3, 7, 11, 15) is " value, "0, 0, 0, 1"}
 #define SINGULAR_ROW(f, kind, setting, change)                                                                      \
-    {f, "descriptor.index_to_world", kind, setting, change, INVALID, "descriptor.index_to_world is singular (ratio",\
-     "|det|/(product of column norms) ≥ 0.000001"}
+    {f, "descriptor.index_to_world", kind, setting, change, INVALID,                                                \
+     "descriptor.index_to_world is singular (ratio",                                                                \
+     "|det|/(product of column norms) ≥ 1e-6"}
 #define VOLUME_ROWS(f, voxels, alignment)                                                                           \
     {f, "context", "NULL", NULL, POINT(context, NULL), INVALID, "context is NULL;", "a DrrContext"},                \
     {f, "context", "misaligned", context_askew, NOTHING, INVALID, "context is 0x", "a DrrContext"},                 \
@@ -90,7 +91,9 @@ static void volume_destroyed(Given *g) {
     MATRIX_ROW(f, 9, "column 2, row 1", "+Inf", INFINITY, "inf"),                                                   \
     MATRIX_ROW(f, 12, "column 3, row 0", "-Inf", -INFINITY, "-inf"),                                                \
     MATRIX_ROW(f, 14, "column 3, row 2", "huge", 1e11, "100000000000"),                                             \
-    MATRIX_ROW(f, 0, "column 0, row 0", "huge", -1e300, "-1e300"),                                                      \
+    MATRIX_ROW(f, 0, "column 0, row 0", "huge", -1e300, "-1e300"),                                                  \
+    {f, "descriptor.index_to_world", "tiny", NULL, PUT(to.descriptor.index_to_world[5], double, 1e-10), INVALID,    \
+     "descriptor.index_to_world column 1, length is 0.0000000001;", "at least 1e-9 mm"},                            \
     LAST_ROW_ROW(f, 3, "last row", 1e-9, "[1e-9, 0.0, 0.0, 1.0]"),                                                  \
     LAST_ROW_ROW(f, 7, "last row", NAN, "[0.0, NaN, 0.0, 1.0]"),                                                    \
     LAST_ROW_ROW(f, 15, "last row", 0.0, "[0.0, 0.0, 0.0, 0.0]"),                                                   \

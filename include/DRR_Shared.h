@@ -219,7 +219,8 @@ typedef struct DrrVolumeDescriptor {
     size_t dimensions[3];
     /// Voxel index to world, mm, column-major: the centre of voxel (i, j, k) is at index_to_world x (i, j, k, 1),
     /// so entries 12 to 14 are the CENTRE of voxel (0, 0, 0). Any invertible map with entries up to 1e10 and
-    /// columns of at least 1e-9 mm: shear, mirroring and anisotropy are allowed; the last row (entries 3, 7, 11, 15) must be 0, 0, 0, 1. Default identity.
+    /// columns of at least 1e-9 mm: shear, mirroring and anisotropy are allowed; the last row (entries 3, 7, 11, 15)
+    /// must be 0, 0, 0, 1. Default identity.
     double index_to_world[16];
     /// CT number to density. Default DRR_CALIBRATION_WATER_ANCHORED.
     DrrCalibration calibration;
@@ -398,8 +399,8 @@ DrrStatus drr_pose_c_arm(const double *centre,
 /// with fractions that grow and end, unless the call fails, at 1. It should be quick, because the thread that is in it
 /// projects nothing. It must not throw a C++ exception, not jump out with longjmp, and not call this library.
 ///
-/// Once it has answered false it is not called again, each thread finishes the at most 1024 rays that it is at, and the
-/// call fails with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
+/// Once it has answered false it is not called again, each thread finishes at most 1024 more rays, and the call fails
+/// with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
 typedef bool (*DrrProgress)(void *user_data, double fraction);
 
 /// Where a projection's float32 images go; NULL for what is not wanted, which then costs nothing. Fill it with

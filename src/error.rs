@@ -29,7 +29,7 @@ pub enum Error {
     Cancelled,
     /// An earlier call panicked while it used this handle of the C ABI.
     #[error(
-        "{argument} is poisoned: an earlier call with it met an internal error, and it can only be destroyed"
+        "{argument} is poisoned: an earlier call with it met an internal error, and it is not used again"
     )]
     Poisoned {
         /// The argument's name, as in the API.
@@ -45,8 +45,8 @@ pub enum Error {
     },
 }
 
-/// The largest integer has as many digits, and a float of the size of things no more.
-const MOST_DIGITS: usize = 20;
+/// Most characters of a number that is written without an exponent: every 64-bit integer has at most as many.
+const MOST_CHARACTERS: usize = 20;
 
 impl Error {
     /// An argument outside its range: its name, the value given, the valid range.
@@ -58,7 +58,7 @@ impl Error {
         let value = value.to_string();
         // The largest float has 309 digits; its exponent says more.
         let value = match value.parse::<f64>() {
-            Ok(number) if value.len() > MOST_DIGITS => format!("{number:e}"),
+            Ok(number) if value.len() > MOST_CHARACTERS => format!("{number:e}"),
             _ => value,
         };
         Self::InvalidArgument { argument: argument.into(), value, valid: valid.into() }

@@ -6,10 +6,9 @@
 //! is held to. Rays accumulate the areal density of each material; energies come after the march, once per ray.
 //!
 //! ```
-//! use std::ops::ControlFlow;
 //! use std::sync::Arc;
 //!
-//! use drr::engine::{Backend, Layers};
+//! use drr::engine::{Backend, Layers, SILENT};
 //! use drr::geometry::{DetectorPose, View};
 //! use drr::phantom::Phantom;
 //! use drr::physics::{Calibration, Thresholds};
@@ -30,7 +29,7 @@
 //! let pair = DetectorPose::stereo_pair(&grid, 1000.0, 1500.0, 7.2, [90, 90]);
 //! let views = pair.map(|pose| View::Pose(pose).into());
 //! let wanted = Layers { line_integral: true, ..Layers::default() };
-//! let images = projector.project(&views, wanted, &|_rays| ControlFlow::Continue(()))?;
+//! let images = projector.project(&views, wanted, SILENT)?;
 //!
 //! // Pixel (45, 45) of the first view against the cylinder's closed form.
 //! let water = phantom.areal_densities(pair[0].source, pair[0].pixel(45.0, 45.0), &|_hu| 1.0, 4)?;

@@ -5,12 +5,12 @@ mod support;
 
 use std::sync::Arc;
 
-use drr::engine::{Backend, Layers};
+use drr::engine::{Backend, Layers, SILENT};
 use drr::geometry::{DetectorPose, Grid};
 use drr::phantom::Phantom;
 use drr::volume::{Volume, VolumeBuilder};
 use drr::{Algorithm, Scene};
-use support::{classification, projector, quiet, relative_l2, requests};
+use support::{classification, projector, relative_l2, requests};
 
 const LINE_INTEGRAL: Layers =
     Layers { intensity: false, line_integral: true, areal_density: false, bone_path: false };
@@ -32,7 +32,7 @@ fn water_cylinder_rmse_hu(dimensions: [usize; 3], algorithm: Algorithm) -> f64 {
     let scene = Scene { algorithm, ..Scene::new(size).expect("valid") };
     let spectral = scene.spectral_model().expect("valid");
     let images = projector(Backend::Cpu, &voxels(&phantom, grid), scene)
-        .project(&requests(pair), LINE_INTEGRAL, &quiet)
+        .project(&requests(pair), LINE_INTEGRAL, SILENT)
         .expect("projects");
     let (mut squares, mut rays) = (0.0, 0);
     for (v, pose) in pair.iter().enumerate() {
@@ -85,7 +85,7 @@ fn finer_steps_converge_to_the_exact_integral() {
     let views = requests(support::poses(&grid, size).into_iter().map(|(_, pose)| pose));
     let reference = projector(Backend::Reference, &volume, Scene::new(size).expect("valid"));
     let line_integrals = |algorithm| {
-        reference.reference(algorithm, &views, LINE_INTEGRAL, &quiet).expect("projects").line_integral
+        reference.reference(algorithm, &views, LINE_INTEGRAL, SILENT).expect("projects").line_integral
     };
     let exact = line_integrals(Algorithm::Exact);
     let error = |algorithm| {

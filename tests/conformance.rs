@@ -6,15 +6,15 @@ mod support;
 
 use std::sync::Arc;
 
-use drr::engine::Backend;
+use drr::engine::{Backend, Layers, SILENT};
 use drr::geometry::{DetectorPose, Grid, Projection, View};
 use drr::physics::MassAttenuation;
 use drr::volume::Volume;
 use drr::{Algorithm, Scene, ViewRequest};
 use glam::DVec3;
 use support::{
-    ALL, awkward_grid, chest_hu, classification, max_relative, noise, poses, projector, quiet, relative_l2,
-    requests, volume,
+    awkward_grid, chest_hu, classification, max_relative, noise, poses, projector, relative_l2, requests,
+    volume,
 };
 
 const ALGORITHMS: [Algorithm; 6] = [
@@ -36,8 +36,8 @@ const ORDINARY: [f64; 2] = [4e-7, 1e-5];
 fn conforms(name: &str, volume: &Arc<Volume>, scene: &Scene, views: &[ViewRequest], [l2, worst]: [f64; 2]) {
     for algorithm in ALGORITHMS {
         let projector = projector(Backend::Cpu, volume, Scene { algorithm, ..scene.clone() });
-        let fast = projector.project(views, ALL, &quiet).expect("projects");
-        let truth = projector.reference(algorithm, views, ALL, &quiet).expect("projects");
+        let fast = projector.project(views, Layers::ALL, SILENT).expect("projects");
+        let truth = projector.reference(algorithm, views, Layers::ALL, SILENT).expect("projects");
         for (layer, x, t) in [
             ("intensity", &fast.intensity, &truth.intensity),
             ("areal density", &fast.areal_density, &truth.areal_density),
@@ -145,8 +145,12 @@ fn a_tie_of_driving_axes_is_no_jump() {
     for algorithm in [Algorithm::Joseph, Algorithm::Siddon, Algorithm::Exact] {
         let reference =
             projector(Backend::Reference, &volume, Scene { algorithm, ..Scene::new([1, 9]).expect("valid") });
-        let images =
-            reference.reference(algorithm, &requests([45.0 - 1e-9, 45.0 + 1e-9].map(arm)), ALL, &quiet);
+        let images = reference.reference(
+            algorithm,
+            &requests([45.0 - 1e-9, 45.0 + 1e-9].map(arm)),
+            Layers::ALL,
+            SILENT,
+        );
         let p = images.expect("projects").line_integral;
         assert!(p[4] > 0.5);
         // Joseph's samples lie elsewhere on either side; where the ray also climbs, they differ by a little.

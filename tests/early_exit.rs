@@ -7,7 +7,7 @@ mod support;
 use std::sync::Arc;
 
 use drr::Algorithm::{self, Joseph, March, Siddon};
-use drr::engine::{Backend, Images, Layers};
+use drr::engine::{Backend, Images, Layers, SILENT};
 use drr::geometry::{DetectorPose, Grid, Projection, View};
 use drr::physics::{
     Calibration, DensitySegment, DetectorResponse, EnergyGrid, MassAttenuation, SpectralModel, Spectrum,
@@ -16,7 +16,7 @@ use drr::physics::{
 use drr::volume::{Classification, Volume};
 use drr::{Projector, Scene, ViewRequest};
 use glam::{DMat4, DVec3, DVec4};
-use support::{ALL, noise, projector, quiet};
+use support::{noise, projector};
 
 const GRID: EnergyGrid = EnergyGrid::SPECIFICATION;
 
@@ -92,7 +92,7 @@ fn both(
 ) -> [Images<f32>; 2] {
     [true, false].map(|early_exit| {
         let view = ViewRequest { view, early_exit, spectral: spectral.cloned() };
-        projector.project(&[view], layers, &quiet).expect("projects")
+        projector.project(&[view], layers, SILENT).expect("projects")
     })
 }
 
@@ -242,7 +242,8 @@ fn noise_below_air_gives_nothing_back() {
         changed("steel, then noise", &images, spectrum.total());
         assert!(stopped.intensity.iter().zip(&whole.intensity).all(|(a, b)| a >= b && *b > 0.0));
         // 10 cm of 7 g/cm³: nothing behind it adds to the depth or takes from it.
-        let areal = projector.project(&[along_rods(4).into()], ALL, &quiet).expect("projects").areal_density;
+        let areal =
+            projector.project(&[along_rods(4).into()], Layers::ALL, SILENT).expect("projects").areal_density;
         assert!(areal.iter().all(|a| (a - 70.0).abs() < 1e-3 * 70.0), "{areal:?}");
     }
 }
@@ -286,8 +287,8 @@ fn no_other_layer_shows_it() {
         for also in [
             Layers { line_integral: true, ..INTENSITY },
             Layers { areal_density: true, ..INTENSITY },
-            Layers { intensity: false, ..ALL },
-            ALL,
+            Layers { intensity: false, ..Layers::ALL },
+            Layers::ALL,
         ] {
             let [stopped, whole] = with(also);
             assert_eq!(stopped, whole, "{name}, {also:?}");
@@ -326,7 +327,7 @@ fn a_view_stops_by_its_own_tables() {
                     request(false, Some(own)),
                     view.into(),
                 ];
-                let together = projector.project(&requests, INTENSITY, &quiet).expect("projects");
+                let together = projector.project(&requests, INTENSITY, SILENT).expect("projects");
                 let [by_scene, by_scene_whole] = both(&projector, view, None, INTENSITY);
                 for (v, expected) in
                     [&by_scene, &alone[0], &alone[1], &by_scene_whole].into_iter().enumerate()

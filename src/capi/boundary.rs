@@ -13,8 +13,8 @@ thread_local! {
 
 /// Runs the body of a C function. An error or a panic leaves its message for [`last_message`] and becomes a status.
 ///
-/// Unwind safety: a handle that the body had borrowed is poisoned by the panic and not used again, and what the body was
-/// making is dropped with it.
+/// Unwind safety: a handle that the body had borrowed is poisoned by the panic, after which only its projector's plan is
+/// read, a text that never changes; what the body was making is dropped with it.
 pub(super) fn guard(body: impl FnOnce() -> Result<()>) -> DrrStatus {
     let (status, message) = match catch_unwind(AssertUnwindSafe(body)) {
         Ok(Ok(())) => return DRR_STATUS_OK,

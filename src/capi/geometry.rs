@@ -115,7 +115,8 @@ pub unsafe extern "C" fn drr_pose_c_arm(
             ("pixel_mm", pixel_mm, MIN_LENGTH),
         ] {
             if !(least..=MAX_COORDINATE).contains(&value) {
-                return Err(Error::invalid(name, value, format!("{least:e} … {MAX_COORDINATE:e} mm")));
+                let least = if least > 0.0 { format!("{least:e}") } else { "0".to_owned() };
+                return Err(Error::invalid(name, value, format!("{least} … {MAX_COORDINATE:e} mm")));
             }
         }
         if !angle_degrees.is_finite() {

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::allocation::refused;
 use crate::capi::memory;
 use crate::capi::projector::ProjectorValue;
 use crate::capi::scene::{material_names, widened};
@@ -35,8 +36,8 @@ impl Tables {
         }
         // SAFETY: the caller's promise is the same.
         let model = Arc::new(unsafe { read(projector, addresses)? });
-        let bytes = size_of::<([DrrAddress; 2], Arc<SpectralModel>)>() * (self.0.len() + 1);
-        self.0.try_reserve(1).map_err(|_| Error::OutOfMemory { what: "the views' tables".into(), bytes })?;
+        let refused = refused::<([DrrAddress; 2], Arc<SpectralModel>)>(self.0.len() + 1, "the views' tables");
+        self.0.try_reserve(1).map_err(refused)?;
         self.0.insert(addresses, model.clone());
         Ok(Some(model))
     }

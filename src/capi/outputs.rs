@@ -19,8 +19,8 @@ use crate::shared::DrrBool;
 /// with fractions that grow and end, unless the call fails, at 1. It should be quick, because the thread that is in it
 /// projects nothing. It must not throw a C++ exception, not jump out with longjmp, and not call this library.
 ///
-/// Once it has answered false it is not called again, each thread finishes the at most 1024 rays that it is at, and the
-/// call fails with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
+/// Once it has answered false it is not called again, each thread finishes at most 1024 more rays, and the call fails
+/// with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
 pub type DrrProgress = Option<unsafe extern "C" fn(user_data: *mut c_void, fraction: f64) -> DrrBool>;
 
 /// Most views of one call.
@@ -73,42 +73,6 @@ pub struct DrrReferenceOutputs {
 
 const OUTPUTS_SIZE: usize = size_of::<[usize; 7]>();
 
-// SAFETY: repr(C), no padding (asserted), starts with its size; raw pointers and an optional function
-// pointer only.
-unsafe impl Options for DrrOutputs {
-    const SIZES: &'static [usize] = &[OUTPUTS_SIZE];
-    fn defaults() -> Self {
-        Self {
-            struct_size: size_of::<Self>(),
-            intensity: std::ptr::null_mut(),
-            line_integral: std::ptr::null_mut(),
-            areal_density: std::ptr::null_mut(),
-            bone_path_mm: std::ptr::null_mut(),
-            progress: None,
-            progress_data: std::ptr::null_mut(),
-        }
-    }
-}
-
-// SAFETY: as above.
-unsafe impl Options for DrrReferenceOutputs {
-    const SIZES: &'static [usize] = &[OUTPUTS_SIZE];
-    fn defaults() -> Self {
-        Self {
-            struct_size: size_of::<Self>(),
-            intensity: std::ptr::null_mut(),
-            line_integral: std::ptr::null_mut(),
-            areal_density: std::ptr::null_mut(),
-            bone_path_mm: std::ptr::null_mut(),
-            progress: None,
-            progress_data: std::ptr::null_mut(),
-        }
-    }
-}
-
-const _: () = assert!(size_of::<DrrOutputs>() == OUTPUTS_SIZE);
-const _: () = assert!(size_of::<DrrReferenceOutputs>() == OUTPUTS_SIZE);
-
 /// What a call's outputs struct says, whatever the type of its images.
 pub(super) struct Places<T> {
     intensity: *mut T,
@@ -119,21 +83,45 @@ pub(super) struct Places<T> {
     progress_data: *mut c_void,
 }
 
-impl From<DrrOutputs> for Places<f32> {
-    fn from(o: DrrOutputs) -> Self {
-        let DrrOutputs { intensity, line_integral, areal_density, bone_path_mm: bone_path, .. } = o;
-        let DrrOutputs { progress, progress_data, .. } = o;
-        Self { intensity, line_integral, areal_density, bone_path, progress, progress_data }
-    }
+/// What is the same of both structs, for which C has no generics.
+macro_rules! outputs {
+    ($outputs:ident, $value:ty) => {
+        // SAFETY: repr(C), no padding (asserted), starts with its size; raw pointers and an optional function pointer
+        // only.
+        unsafe impl Options for $outputs {
+            const SIZES: &'static [usize] = &[OUTPUTS_SIZE];
+            fn defaults() -> Self {
+                Self {
+                    struct_size: size_of::<Self>(),
+                    intensity: std::ptr::null_mut(),
+                    line_integral: std::ptr::null_mut(),
+                    areal_density: std::ptr::null_mut(),
+                    bone_path_mm: std::ptr::null_mut(),
+                    progress: None,
+                    progress_data: std::ptr::null_mut(),
+                }
+            }
+        }
+
+        const _: () = assert!(size_of::<$outputs>() == OUTPUTS_SIZE);
+
+        impl From<$outputs> for Places<$value> {
+            fn from(outputs: $outputs) -> Self {
+                Self {
+                    intensity: outputs.intensity,
+                    line_integral: outputs.line_integral,
+                    areal_density: outputs.areal_density,
+                    bone_path: outputs.bone_path_mm,
+                    progress: outputs.progress,
+                    progress_data: outputs.progress_data,
+                }
+            }
+        }
+    };
 }
 
-impl From<DrrReferenceOutputs> for Places<f64> {
-    fn from(o: DrrReferenceOutputs) -> Self {
-        let DrrReferenceOutputs { intensity, line_integral, areal_density, bone_path_mm: bone_path, .. } = o;
-        let DrrReferenceOutputs { progress, progress_data, .. } = o;
-        Self { intensity, line_integral, areal_density, bone_path, progress, progress_data }
-    }
-}
+outputs!(DrrOutputs, f32);
+outputs!(DrrReferenceOutputs, f64);
 
 impl<T: Copy> Places<T> {
     /// Checks the places for `views` views and says which layers are wanted.

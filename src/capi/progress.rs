@@ -2,8 +2,8 @@
 
 use std::ffi::c_void;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use crate::capi::outputs::DrrProgress;
 use crate::error::{Error, Result};
@@ -49,9 +49,8 @@ impl Monitor {
     }
 
     /// All rays are finished. Says so, if no report has yet.
-    pub(super) fn complete(mut self) -> Result<()> {
-        let mut said = std::mem::take(&mut self.said).into_inner().unwrap_or_default();
-        match self.tell(&mut said) {
+    pub(super) fn complete(&self) -> Result<()> {
+        match self.tell(&mut self.said.lock().unwrap_or_else(PoisonError::into_inner)) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Error::Cancelled),
         }

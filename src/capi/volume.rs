@@ -53,7 +53,8 @@ pub struct DrrVolumeDescriptor {
     pub dimensions: [usize; 3],
     /// Voxel index to world, mm, column-major: the centre of voxel (i, j, k) is at index_to_world × (i, j, k, 1),
     /// so entries 12 to 14 are the CENTRE of voxel (0, 0, 0). Any invertible map with entries up to 1e10 and
-    /// columns of at least 1e-9 mm: shear, mirroring and anisotropy are allowed; the last row (entries 3, 7, 11, 15) must be 0, 0, 0, 1. Default identity.
+    /// columns of at least 1e-9 mm: shear, mirroring and anisotropy are allowed; the last row (entries 3, 7, 11, 15)
+    /// must be 0, 0, 0, 1. Default identity.
     pub index_to_world: [f64; 16],
     /// CT number to density. Default DRR_CALIBRATION_WATER_ANCHORED.
     pub calibration: DrrCalibration,

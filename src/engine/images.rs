@@ -18,6 +18,11 @@ pub struct Layers {
     pub bone_path: bool,
 }
 
+impl Layers {
+    /// Every layer.
+    pub const ALL: Self = Self { intensity: true, line_integral: true, areal_density: true, bone_path: true };
+}
+
 /// The layers of all views. A layer that was not asked for is empty. Pixel (i, j) of view v is at
 /// `(v*height + j)*width + i`; areal densities at `((v*materials + m)*height + j)*width + i`.
 #[derive(Debug, Clone, PartialEq)]

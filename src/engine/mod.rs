@@ -8,7 +8,7 @@ pub mod reference;
 use std::sync::Arc;
 
 pub use images::{Images, Layers};
-pub use progress::{Progress, Report};
+pub use progress::{Progress, Report, SILENT};
 
 use crate::error::Result;
 use crate::physics::SpectralModel;
@@ -51,6 +51,6 @@ pub trait Engine: Send + Sync {
     /// Projects all views of the job.
     ///
     /// # Errors
-    /// `Cancelled` as soon as the job's progress says so, without starting any further piece of work; `OutOfMemory`.
+    /// `Cancelled` once the job's progress says so: each thread finishes at most one more piece of work; `OutOfMemory`.
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>>;
 }

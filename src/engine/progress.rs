@@ -9,6 +9,9 @@ use crate::error::{Error, Result};
 /// number of rays finished since its last call, and answers whether to go on.
 pub type Report<'a> = &'a (dyn Fn(usize) -> ControlFlow<()> + Sync);
 
+/// Hears nothing and never cancels.
+pub const SILENT: Report<'static> = &|_rays| ControlFlow::Continue(());
+
 /// A job's progress.
 pub struct Progress<'a> {
     report: Report<'a>,
@@ -21,7 +24,8 @@ impl<'a> Progress<'a> {
         Self { report, cancelled: AtomicBool::new(false) }
     }
 
-    /// `rays` more rays are finished. After the first [`ControlFlow::Break`] nothing more is reported.
+    /// `rays` more rays are finished. Once a [`ControlFlow::Break`] is seen, no thread reports again; reports that begin
+    /// meanwhile are still made.
     ///
     /// # Errors
     /// `Cancelled` once a report has been answered with `Break`, in whatever thread.

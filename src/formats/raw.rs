@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use crate::allocation::grow;
 use crate::error::Result;
 use crate::formats::replacement::Replacement;
-use crate::formats::slices::{SliceStream, grow};
+use crate::formats::slices::SliceStream;
 use crate::formats::{CtHeader, CtReader, LabelReader, Slice, VoxelKind, file_error};
 use crate::geometry::Grid;
 
@@ -49,7 +50,7 @@ impl CtReader for RawCt {
         let mut voxels: Vec<i16> = Vec::new();
         let mut slices = open_slices(&self.path, &self.header.grid, size_of::<i16>())?;
         while let Some((k, bytes)) = slices.next_slice()? {
-            grow("a slice of voxels", &mut voxels, n0 * n1)?;
+            grow(&mut voxels, n0 * n1, 0, "a slice of voxels")?;
             for (voxel, &bytes) in voxels.iter_mut().zip(bytes.as_chunks().0) {
                 *voxel = i16::from_le_bytes(bytes);
             }

@@ -3,7 +3,8 @@
 use std::io::{ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
-use crate::error::{Error, Result};
+use crate::allocation::grow;
+use crate::error::Result;
 use crate::formats::file_error;
 
 /// What a slice is given before more of it has come: a small file that claims much is found out cheaply.
@@ -47,7 +48,7 @@ impl SliceStream {
         while filled < *bytes {
             // All of it from the second slice on.
             let room = (2 * filled).max(FIRST_BYTES).min(*bytes);
-            grow("a slice of the file", slice, room)?;
+            grow(slice, room, 0, "a slice of the file")?;
             stream.read_exact(&mut slice[filled..]).map_err(|e| match e.kind() {
                 ErrorKind::UnexpectedEof => file_error(path, format!("ends within slice {index} of {count}")),
                 _ => file_error(path, format!("slice {index} of {count}: {e}")),
@@ -57,16 +58,6 @@ impl SliceStream {
         *index += 1;
         Ok(Some((*index - 1, slice)))
     }
-}
-
-/// Lengthens `values` with zeros until there are `count`, or `OutOfMemory`.
-pub(super) fn grow<T: Copy + Default>(what: &str, values: &mut Vec<T>, count: usize) -> Result<()> {
-    values.try_reserve_exact(count.saturating_sub(values.len())).map_err(|_| Error::OutOfMemory {
-        what: what.to_owned(),
-        bytes: count.saturating_mul(size_of::<T>()),
-    })?;
-    values.resize(values.len().max(count), T::default());
-    Ok(())
 }
 
 #[cfg(test)]

@@ -64,8 +64,9 @@ impl Grid {
         let relative = matrix.determinant().abs() / norms.iter().product::<f64>();
         // The negation also refuses NaN, which 0/0 gives for a zero column.
         if !(relative >= MIN_RELATIVE_DETERMINANT) || !matrix.inverse().is_finite() {
-            let valid =
-                format!("columns independent: |det|/(product of column norms) ≥ {MIN_RELATIVE_DETERMINANT}");
+            let valid = format!(
+                "columns independent: |det|/(product of column norms) ≥ {MIN_RELATIVE_DETERMINANT:e}"
+            );
             return Err(Error::invalid("index_to_world", format!("singular (ratio {relative:.3e})"), valid));
         }
         Ok(Self { dimensions, index_to_world, world_to_index: matrix.inverse() })

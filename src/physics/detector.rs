@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::physics::EnergyGrid;
+use crate::physics::energy::WEIGHTS;
 use crate::physics::tables::{DETECTOR, unknown};
 
 const NAMES: [&str; 6] =
@@ -42,7 +43,7 @@ impl DetectorResponse {
     /// # Errors
     /// `InvalidArgument` unless there is one factor per energy and all are finite and at least 0.
     pub fn new(name: impl Into<String>, grid: EnergyGrid, factors: Vec<f64>) -> Result<Self> {
-        grid.check_values("detector_response", &factors)?;
+        grid.check_values("detector_response", &factors, WEIGHTS)?;
         Ok(Self { name: name.into(), grid, factors })
     }
 

@@ -1,5 +1,7 @@
 //! The energies of a spectrum.
 
+use std::ops::RangeInclusive;
+
 use crate::error::{Error, Result};
 
 /// Most energies of a grid.
@@ -8,6 +10,8 @@ pub const MAX_ENERGIES: usize = 4096;
 const SAME_ENERGY_KEV: f64 = 1e-9;
 /// Smallest step, keV: far above `SAME_ENERGY_KEV`, so that an energy names one bin.
 const MIN_STEP_KEV: f64 = 1e-6;
+/// The values of a spectrum or a detector's response.
+pub(super) const WEIGHTS: (RangeInclusive<f64>, &str) = (0.0..=f64::MAX, "finite, at least 0");
 /// Largest energy, keV: keeps every `E_k` exact to `SAME_ENERGY_KEV`.
 const MAX_KEV: f64 = 1e6;
 
@@ -95,14 +99,19 @@ impl EnergyGrid {
         (inside && (self.energy(k as usize) - kev).abs() <= SAME_ENERGY_KEV).then_some(k as usize)
     }
 
-    /// Checks one value per energy: the length, then that every value is finite and at least 0.
-    pub(crate) fn check_values(&self, argument: &str, values: &[f64]) -> Result<()> {
+    /// Checks one value per energy: the length, then that every value is in `range`, which `valid` puts in words.
+    pub(super) fn check_values(
+        &self,
+        argument: &str,
+        values: &[f64],
+        (range, valid): (RangeInclusive<f64>, &str),
+    ) -> Result<()> {
         if values.len() != self.count {
             let length = format!("{} values", values.len());
             return Err(Error::invalid(argument, length, format!("one value per energy, {}", self.count)));
         }
-        match values.iter().position(|v| !(v.is_finite() && *v >= 0.0)) {
-            Some(k) => Err(Error::invalid(format!("{argument}[{k}]"), values[k], "finite, at least 0")),
+        match values.iter().position(|v| !range.contains(v)) {
+            Some(k) => Err(Error::invalid(format!("{argument}[{k}]"), values[k], valid)),
             None => Ok(()),
         }
     }

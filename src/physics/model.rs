@@ -4,8 +4,8 @@ use crate::allocation::reserved;
 use crate::error::Result;
 use crate::physics::{MassAttenuation, Spectrum};
 
-/// What is said to be too large, when many views bring tables of their own.
-const TABLES: &str = "a spectral model";
+/// What this module allocates.
+const WHAT: &str = "a spectral model";
 
 /// The signal behind a path, given the areal density `A_m` (g/cm²) of each material on it:
 /// `I = I0 · Σ_k w_k exp(−τ_k)`, with `τ_k = Σ_m (μ/ρ)_m(E_k) · A_m`.
@@ -31,13 +31,14 @@ impl SpectralModel {
     pub fn new(spectrum: &Spectrum, attenuation: &MassAttenuation) -> Result<Self> {
         attenuation.grid().check_same("mass attenuation", spectrum.grid())?;
         let i0 = spectrum.total();
+        let (count, materials) = (spectrum.grid().count(), attenuation.names().len());
+        let (mut kept, mut weights) = (reserved(count, WHAT)?, reserved(count, WHAT)?);
         // A weight that underflows when normalised is no weight either.
-        let normalised = || spectrum.weights().iter().map(|w| w / i0).enumerate().filter(|(_, w)| *w > 0.0);
-        let (bins, materials) = (normalised().count(), attenuation.names().len());
-        let (mut kept, mut weights) = (reserved(bins, TABLES)?, reserved(bins, TABLES)?);
-        kept.extend(normalised().map(|(k, _)| k));
-        weights.extend(normalised().map(|(_, w)| w));
-        let mut coefficients: Vec<f64> = reserved(bins * materials, TABLES)?;
+        for (k, weight) in spectrum.weights().iter().map(|w| w / i0).enumerate().filter(|(_, w)| *w > 0.0) {
+            kept.push(k);
+            weights.push(weight);
+        }
+        let mut coefficients: Vec<f64> = reserved(kept.len() * materials, WHAT)?;
         let rows = (0..materials).map(|m| attenuation.coefficients(m));
         coefficients.extend(rows.flat_map(|row| kept.iter().map(|&k: &usize| row[k])));
         let least = coefficients

@@ -1,6 +1,7 @@
 //! Tube spectra.
 
 use crate::error::{Error, Result};
+use crate::physics::energy::WEIGHTS;
 use crate::physics::tables::{SPECTRA, tabulated};
 use crate::physics::{DetectorResponse, EnergyGrid};
 
@@ -24,7 +25,7 @@ impl Spectrum {
     /// `InvalidArgument` unless there is one weight per energy, all are finite and at least 0 (the first that is not
     /// is named), and their sum is finite and above 0.
     pub fn new(name: impl Into<String>, grid: EnergyGrid, weights: Vec<f64>) -> Result<Self> {
-        grid.check_values("spectrum", &weights)?;
+        grid.check_values("spectrum", &weights, WEIGHTS)?;
         let sum: f64 = weights.iter().sum();
         if !(sum.is_finite() && sum > 0.0) {
             return Err(Error::invalid("spectrum's sum", sum, "finite, above 0"));

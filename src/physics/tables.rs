@@ -98,13 +98,14 @@ pub(super) fn number<T: FromStr<Err: Display>>(field: &str) -> T {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::physics::energy::WEIGHTS;
 
     #[test]
     fn every_energy_table_is_complete() {
         for (table, columns) in [(&MASS_ATTENUATION, 22), (&SPECTRA, 7), (&DETECTOR, 9)] {
             assert_eq!(table.names.len(), columns);
             for (name, column) in table.names.iter().zip(&table.columns) {
-                EnergyGrid::SPECIFICATION.check_values(name, column).unwrap();
+                EnergyGrid::SPECIFICATION.check_values(name, column, WEIGHTS).unwrap();
             }
         }
     }

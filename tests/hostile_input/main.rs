@@ -1,5 +1,5 @@
-//! Hostile input does no harm: what the fuzz targets in `tests/fuzz` found, and what was written by hand to break things,
-//! goes through the same checks.
+//! Hostile input does no harm: what the fuzz targets in `tests/fuzz` found, and what was written by hand to break
+//! things, goes through the same checks.
 #![allow(missing_docs, reason = "a test program")]
 
 mod c_boundary;

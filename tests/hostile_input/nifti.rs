@@ -7,7 +7,8 @@ use flate2::{Compression, write::GzEncoder};
 
 use crate::file;
 
-/// Whether the file was accepted. Reads the bytes as they are, and as the content of a compressed file: its checksums would stop every mutation.
+/// Whether the file was accepted. Reads the bytes as they are, and as the content of a compressed file: its checksums
+/// would stop every mutation.
 pub(crate) fn check(bytes: &[u8]) -> bool {
     let plain = read(bytes);
     let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());

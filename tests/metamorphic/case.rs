@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, LazyLock};
 
-use drr::engine::{Backend, Images, Layers};
+use drr::engine::{Backend, Images, Layers, SILENT};
 use drr::geometry::{DetectorPose, Grid, Projection, View};
 use drr::physics::{Calibration, DensitySegment, MassAttenuation, Thresholds};
 use drr::volume::{Classification, Volume};
@@ -11,7 +11,7 @@ use glam::{DAffine3, DVec3};
 use proptest::prelude::*;
 
 use crate::pose::{aim, index_to_world};
-use crate::support::{ALL, noise, quiet};
+use crate::support::noise;
 
 /// Every algorithm, the march at several steps.
 pub(crate) const ANY: &[Algorithm] = &[
@@ -162,7 +162,7 @@ impl Case {
 
     /// All layers of `views`.
     pub(crate) fn project_views(&self, engine: Backend, views: &[ViewRequest]) -> Images<f64> {
-        self.project_volume(engine, self.volume(calibration(1.0)), views, ALL)
+        self.project_volume(engine, self.volume(calibration(1.0)), views, Layers::ALL)
     }
 
     pub(crate) fn project_volume(
@@ -217,9 +217,9 @@ impl Case {
 /// Widened to float64. The reference engine's own images are of that width.
 pub(crate) fn run(projector: &Projector, views: &[ViewRequest], layers: Layers) -> Images<f64> {
     match projector.plan().engine {
-        Backend::Cpu => projector.project(views, layers, &quiet).expect("projects").map(|&x| f64::from(x)),
+        Backend::Cpu => projector.project(views, layers, SILENT).expect("projects").map(|&x| f64::from(x)),
         Backend::Reference => {
-            projector.reference(projector.scene().algorithm, views, layers, &quiet).expect("projects")
+            projector.reference(projector.scene().algorithm, views, layers, SILENT).expect("projects")
         }
     }
 }

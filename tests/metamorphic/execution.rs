@@ -11,7 +11,6 @@ use proptest::test_runner::TestRunner;
 use crate::case::{ANY, Case, calibration, cases, run, sized_cases};
 use crate::pose::{Aim, aim};
 use crate::scenes;
-use crate::support::ALL;
 use crate::tolerance::{Tolerance, identical};
 
 /// Of views of the same size, the one with number `view`.
@@ -70,7 +69,7 @@ proptest! {
         for &engine in case.engines() {
             let project = |threads: usize| {
                 let context = Context::new(engine, threads).expect("threads start");
-                run(&case.projector(&context, case.volume(calibration(1.0))), &[case.view()], ALL)
+                run(&case.projector(&context, case.volume(calibration(1.0))), &[case.view()], Layers::ALL)
             };
             let one = project(1);
             for threads in [2, 3, 8] {
@@ -140,7 +139,7 @@ proptest! {
                 areal_density: project(Layers { areal_density: true, ..none }).areal_density,
                 ..project(Layers { bone_path: true, ..none })
             };
-            identical(&single, &project(ALL))?;
+            identical(&single, &project(Layers::ALL))?;
         }
     }
 }

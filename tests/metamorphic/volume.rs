@@ -3,12 +3,12 @@
 use std::ops::Range;
 
 use drr::Algorithm::{self, Exact, Joseph, March, Siddon};
+use drr::engine::Layers;
 use glam::{DAffine3, DMat3, DVec3};
 use proptest::prelude::*;
 
 use crate::case::{ANY, Case, calibration, cases};
 use crate::scenes;
-use crate::support::ALL;
 use crate::tolerance::{Tolerance, identical, sum};
 
 /// Whose samples stay where they are when slices are counted from another voxel or from the other end.
@@ -91,7 +91,7 @@ proptest! {
         for &engine in case.engines() {
             let mut expected = case.project(engine);
             expected.areal_density.iter_mut().for_each(|a| *a *= scale);
-            let mut got = case.project_volume(engine, denser.clone(), &[case.view()], ALL);
+            let mut got = case.project_volume(engine, denser.clone(), &[case.view()], Layers::ALL);
             // Not linear in the density.
             (got.intensity, got.line_integral) = (expected.intensity.clone(), expected.line_integral.clone());
             identical(&got, &expected)?;

@@ -1,18 +1,14 @@
 //! What the integration tests share: small volumes with detail everywhere, awkward geometries, error measures.
 #![allow(dead_code, missing_docs, reason = "every test program uses its own part")]
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use drr::engine::{Backend, Layers};
+use drr::engine::Backend;
 use drr::geometry::{DetectorPose, Grid, View};
 use drr::physics::{Calibration, Thresholds};
 use drr::volume::{Classification, Volume};
 use drr::{Context, Projector, Scene, ViewRequest};
 use glam::{DAffine3, DMat3, DVec3};
-
-pub(crate) const ALL: Layers =
-    Layers { intensity: true, line_integral: true, areal_density: true, bone_path: true };
 
 pub(crate) fn classification() -> Classification {
     Classification::named(Calibration::DEFAULT, Thresholds::DEFAULT).expect("built in")
@@ -100,10 +96,6 @@ pub(crate) fn projector(backend: Backend, volume: &Arc<Volume>, scene: Scene) ->
 
 pub(crate) fn requests(poses: impl IntoIterator<Item = DetectorPose>) -> Vec<ViewRequest> {
     poses.into_iter().map(|pose| View::Pose(pose).into()).collect()
-}
-
-pub(crate) fn quiet(_rays: usize) -> ControlFlow<()> {
-    ControlFlow::Continue(())
 }
 
 /// ‖x − truth‖ / ‖truth‖; 0 for two zero images.

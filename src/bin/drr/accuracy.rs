@@ -1,9 +1,7 @@
 //! What error to expect: some rays of the very scene, cast again in float64.
 
-use std::ops::ControlFlow;
-
 use anyhow::Result;
-use drr::engine::Layers;
+use drr::engine::{Layers, SILENT};
 use drr::geometry::DetectorPose;
 use drr::{Algorithm, Projector};
 
@@ -61,15 +59,14 @@ impl Accuracy {
         let projector = Projector::new(&setup.context, projector.volume().clone(), scene)?;
         let layers = Layers { line_integral: true, ..Layers::default() };
         let requests = sample.requests();
-        let quiet = |_: usize| ControlFlow::Continue(());
-        let ours = projector.project(&requests, layers, &quiet)?.line_integral;
+        let ours = projector.project(&requests, layers, SILENT)?.line_integral;
         let compare = |reference: &[f64]| {
             let floor = FLOOR * reference.iter().copied().filter(|p| p.is_finite()).fold(0.0, f64::max);
             let pairs = ours.iter().map(|&p| f64::from(p)).zip(reference.iter().copied());
             (Difference::of(pairs.filter(|(_, reference)| reference.is_finite()), floor), floor)
         };
-        let twin = projector.reference(algorithm, &requests, layers, &quiet)?;
-        let exact = projector.reference(Algorithm::Exact, &requests, layers, &quiet)?;
+        let twin = projector.reference(algorithm, &requests, layers, SILENT)?;
+        let exact = projector.reference(Algorithm::Exact, &requests, layers, SILENT)?;
         let (rounding, _) = compare(&twin.line_integral);
         let (total, floor) = compare(&exact.line_integral);
         Ok(Self { algorithm, rays: ours.len(), floor, rounding, total })

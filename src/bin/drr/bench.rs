@@ -1,13 +1,12 @@
 //! `drr bench`.
 
-use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::Result;
 use clap::Args;
-use drr::engine::Layers;
+use drr::engine::{Layers, SILENT};
 use drr::volume::{Volume, Voxels};
 use rayon::prelude::*;
 use serde_json::json;
@@ -87,7 +86,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let bar = console.bar("projecting", runs as usize + 1);
     for run in 0..=runs {
         let start = Instant::now();
-        std::hint::black_box(projector.project(&requests, layers, &|_| ControlFlow::Continue(()))?);
+        std::hint::black_box(projector.project(&requests, layers, SILENT)?);
         let projected = start.elapsed().as_secs_f64();
         let start = Instant::now();
         std::hint::black_box(setup.context.install(|| read_pass(&volume)));

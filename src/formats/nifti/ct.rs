@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use super::volume::Volume;
+use crate::allocation::grow;
 use crate::error::Result;
-use crate::formats::slices::grow;
 use crate::formats::{CtHeader, CtReader, Slice, VoxelKind, file_error};
 
 /// A CT in NIfTI-1, compressed or not: any integer or float type, either byte order.
@@ -35,7 +35,7 @@ impl NiftiCt {
         let mut voxels: Vec<i16> = Vec::new();
         let mut slices = self.volume.slices()?;
         while let Some((k, bytes)) = slices.next_slice()? {
-            grow("a slice of voxels", &mut voxels, n0 * n1)?;
+            grow(&mut voxels, n0 * n1, 0, "a slice of voxels")?;
             let mut places = voxels.iter_mut();
             // Exact: `voxel_kind` has established that every value fits.
             self.volume.decode(bytes, |value| {
@@ -55,7 +55,7 @@ impl NiftiCt {
         let mut first = [0; 3];
         let mut slices = self.volume.slices()?;
         while let Some((k, bytes)) = slices.next_slice()? {
-            grow("a slice of voxels", &mut voxels, n0 * n1)?;
+            grow(&mut voxels, n0 * n1, 0.0, "a slice of voxels")?;
             let mut places = voxels.iter_mut();
             self.volume.decode(bytes, |value| {
                 if let Some(place) = places.next() {

@@ -5,8 +5,8 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::volume::Volume;
+use crate::allocation::grow;
 use crate::error::Result;
-use crate::formats::slices::grow;
 use crate::formats::{Checked, LabelReader, file_error};
 use crate::geometry::Grid;
 
@@ -43,7 +43,7 @@ impl LabelReader for NiftiLabels {
         let mut labels: Vec<u8> = Vec::new();
         let mut slices = self.volume.slices()?;
         while let Some((k, bytes)) = slices.next_slice()? {
-            grow("a slice of labels", &mut labels, n0 * n1)?;
+            grow(&mut labels, n0 * n1, 0, "a slice of labels")?;
             let mut wrong = None;
             let mut index = 0;
             self.volume.decode(bytes, |value| {

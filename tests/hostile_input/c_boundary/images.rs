@@ -27,8 +27,8 @@ const ROUNDING: f64 = 1e-5;
 /// The number of views that is passed, and of those that are there: of a number that is refused no array can be made.
 fn view_counts(input: &mut Input<'_>) -> (usize, usize) {
     match input.count(2, 0..MOST_VIEWS + 1) {
-        refused @ DRR_MAX_VIEWS.. if refused > DRR_MAX_VIEWS => (refused, 1),
-        some => (some.min(MOST_VIEWS), some.min(MOST_VIEWS)),
+        n if n > DRR_MAX_VIEWS => (n, 1),
+        n => (n.min(MOST_VIEWS), n.min(MOST_VIEWS)),
     }
 }
 
@@ -192,7 +192,7 @@ impl Places {
                 assert!((0.0..=most).contains(&i), "intensity {i:e} of {:e}", bounds.i0);
             }
             for p in of_view(images[1], v, 1) {
-                let most = if bounds.depth < 1e37 { bounds.depth + ROUNDING } else { f64::INFINITY };
+                let most = bounds.depth + ROUNDING;
                 assert!((-1e-6..=most).contains(&p), "line integral {p:e}, depth at most {:e}", bounds.depth);
             }
             let areal = of_view(images[2], v, self.materials);

@@ -44,7 +44,7 @@ impl Accepted {
     }
 }
 
-/// A table of some length, or NULL.
+/// A table of `count` values, most of them `ordinary`.
 pub(super) fn table(input: &mut Input<'_>, count: usize, ordinary: f32) -> Vec<f32> {
     (0..count).map(|_| input.float(ordinary)).collect()
 }

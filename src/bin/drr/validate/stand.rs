@@ -1,10 +1,9 @@
 //! A phantom as a volume, and the views it is seen in.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use anyhow::{Context as _, Result};
-use drr::engine::{Backend, Layers};
+use drr::engine::{Backend, Layers, SILENT};
 use drr::geometry::{DetectorPose, View};
 use drr::phantom::Phantom;
 use drr::physics::{Calibration, DensitySegment, MAX_HU, MIN_HU, SpectralModel, Thresholds};
@@ -69,13 +68,12 @@ impl Stand {
         let poses = self.poses(pixels);
         let views = poses.map(|pose| ViewRequest::from(View::Pose(pose)));
         let layers = Layers { line_integral: true, ..Layers::default() };
-        let quiet = |_: usize| ControlFlow::Continue(());
         let values: Vec<f64> = if algorithm == Algorithm::Exact {
             // Any algorithm will do for a projector that only lends its volume and scene.
             let projector = self.projector(Algorithm::Joseph, pixels)?;
-            projector.reference(algorithm, &views, layers, &quiet)?.line_integral
+            projector.reference(algorithm, &views, layers, SILENT)?.line_integral
         } else {
-            let images = self.projector(algorithm, pixels)?.project(&views, layers, &quiet)?;
+            let images = self.projector(algorithm, pixels)?.project(&views, layers, SILENT)?;
             images.line_integral.into_iter().map(f64::from).collect()
         };
         let (first, second) = values.split_at(pixels * pixels);
