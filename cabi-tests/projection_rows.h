@@ -166,7 +166,7 @@ static const Row projection_rows[] = {
     LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[0], "[0]", "+Inf", INFINITY, "inf", WEIGHT_RANGE),
     LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[135], "[135]", "-Inf", -INFINITY, "-inf", WEIGHT_RANGE),
     LUT_SETTING_ROW("spectrumLutAddress", "zero", spectrum_lut_of_zeros, "'s sum is 0;", "finite, above 0"),
-    LUT_SETTING_ROW("spectrumLutAddress", "huge", spectrum_lut_too_bright, "'s sum is 4.6", "at most 3.4028235e38"),
+    LUT_SETTING_ROW("spectrumLutAddress", "huge", spectrum_lut_too_bright, "'s sum is 4.6", "1.1754944e-38 … 3.4028235e38"),
     LUT_SETTING_ROW("spectrumLutAddress", "one energy", spectrum_lut_at_one_energy, " is 0x",
                     "0, because the scene is without DRR_EFFECT_POLYENERGETIC"),
     LUT_SETTING_ROW("muLutAddress", "misaligned", mu_lut_askew, " is 0x", "aligned to 4 bytes"),

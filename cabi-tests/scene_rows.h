@@ -103,7 +103,7 @@ static const Row scene_rows[] = {
     {&projector_create, "scene.spectrum", "zero", dark, NOTHING, INVALID, "scene.spectrum's sum is 0;",
      "finite, above 0"},
     {&projector_create, "scene.spectrum", "huge", blinding, NOTHING, INVALID, "scene.spectrum's sum is 4.6",
-     "at most 3.4028235e38, which float32 images can hold"},
+     "1.1754944e-38 … 3.4028235e38, which float32 images can hold"},
     TABLE_ROWS(own_response, detector_response, response, 7, "[7]", ENERGIES - 1, "[135]", WEIGHT_RANGE),
     {&projector_create, "scene.detector_response", "zero", blind, NOTHING, INVALID,
      "scene.detector_response × spectrum's sum is 0;", "finite, above 0"},

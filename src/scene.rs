@@ -14,8 +14,8 @@ pub const STEP_RANGE: [f64; 2] = [1.0 / 64.0, 8.0];
 
 /// Images are float32: the signal of a ray that meets nothing must fit.
 pub(crate) fn check_i0(i0: f64) -> Result<()> {
-    if i0 > f64::from(f32::MAX) {
-        let valid = format!("at most {:e}, which float32 images can hold", f32::MAX);
+    if !(f64::from(f32::MIN_POSITIVE)..=f64::from(f32::MAX)).contains(&i0) {
+        let valid = format!("{:e} … {:e}, which float32 images can hold", f32::MIN_POSITIVE, f32::MAX);
         return Err(Error::invalid("spectrum's sum", format!("{i0:e}"), valid));
     }
     Ok(())

@@ -7,7 +7,7 @@ use crate::geometry::{DetectorPose, Grid, Projection, View};
 use crate::raycast::Ray;
 
 /// Smallest sine of the angle between the two planes of a ray in index space: below it float64 has lost the ray.
-const MIN_SINE: f64 = 1e-12;
+const MIN_SINE: f64 = 1e-10;
 
 /// All rays of one view, in index coordinates.
 #[derive(Debug, Clone, Copy)]

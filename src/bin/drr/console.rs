@@ -1,6 +1,6 @@
 //! What the user sees while the command runs.
 
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -35,9 +35,15 @@ impl Console {
         let _ = writeln!(std::io::stderr(), "warning: {text}");
     }
 
-    /// Prints what was asked for. A reader that has gone away is no error of ours.
+    /// Prints what was asked for, or ends the process. A reader that has gone away is no error of ours.
     pub(crate) fn answer(text: impl std::fmt::Display) {
-        let _ = writeln!(std::io::stdout(), "{text}");
+        match writeln!(std::io::stdout(), "{text}") {
+            Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+                let _ = writeln!(std::io::stderr(), "error: standard output: {error}");
+                std::process::exit(1);
+            }
+            _ => (),
+        }
     }
 
     /// A bar of `length` steps, shown when stderr is a terminal and removed when finished.

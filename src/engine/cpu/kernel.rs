@@ -2,7 +2,7 @@
 
 use crate::engine::cpu::field::Field;
 use crate::engine::cpu::lanes::{Lanes, lerp};
-use crate::engine::cpu::path::{Limits, Path, cell, limit, nearest};
+use crate::engine::cpu::path::{Limits, Path, Position, cell, limit, nearest};
 
 /// Cells that are summed in float32 before the sum goes to float64: error stops growing with the ray's length.
 pub(super) const BLOCK: u32 = 64;
@@ -12,8 +12,8 @@ const WIDTH: usize = 8;
 
 /// An algorithm. Cells are those of [`Path`].
 pub(super) trait Kernel: Sync {
-    /// The integral over the part `from … to` (0 … 1) of a cell, in units of the cell.
-    fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, to: f32) -> L;
+    /// The integral over the part of a cell that begins at `from` (0 … 1) and has this length, in units of the cell.
+    fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, length: f32) -> L;
 
     /// The integral over a whole cell; without `LIMIT`, one of the path's inner cells.
     fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L;
@@ -46,7 +46,6 @@ pub(super) trait Kernel: Sync {
     #[inline(always)]
     fn block<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, block: u32) -> L {
         let [first, last] = path.cells;
-        let [from, to] = path.ends;
         let mut begin = first.max(block * BLOCK);
         let mut end = (last + 1).min((block + 1) * BLOCK);
         let mut sum = L::ZERO;
@@ -54,7 +53,7 @@ pub(super) trait Kernel: Sync {
             return sum;
         }
         if begin == first {
-            sum = self.part(field, path, first, from, if first == last { to } else { 1.0 });
+            sum = self.part(field, path, first, path.enter, path.lengths[0]);
             begin += 1;
         }
         let leaves_here = end == last + 1 && last > first;
@@ -70,7 +69,7 @@ pub(super) trait Kernel: Sync {
             sum = sum + self.whole::<true, L, F>(field, path, cell);
         }
         if leaves_here {
-            sum = sum + self.part(field, path, last, 0.0, to);
+            sum = sum + self.part(field, path, last, 0.0, path.lengths[1]);
         }
         sum
     }
@@ -92,8 +91,8 @@ impl Joseph {
 
 impl Kernel for Joseph {
     #[inline(always)]
-    fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, to: f32) -> L {
-        self.whole::<true, L, F>(field, path, cell) * (to - from)
+    fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, _: f32, length: f32) -> L {
+        self.whole::<true, L, F>(field, path, cell) * length
     }
 
     #[inline(always)]
@@ -144,9 +143,9 @@ impl March {
 
 impl Kernel for March {
     #[inline(always)]
-    fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, to: f32) -> L {
-        let middle_of_part = 0.5 * (from + to) - 0.5;
-        Self::sample::<true, L, F>(field, path, path.cells_to(cell) as f32 + middle_of_part) * (to - from)
+    fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, length: f32) -> L {
+        let middle_of_part = from + 0.5 * length - 0.5;
+        Self::sample::<true, L, F>(field, path, path.cells_to(cell) as f32 + middle_of_part) * length
     }
 
     #[inline(always)]
@@ -163,19 +162,27 @@ impl Siddon {
     /// Along one transverse axis: the voxels that hold x and `x_end`, and the place 0 … `length` where the ray crosses
     /// from the one into the other.
     #[inline(always)]
-    fn crossing<const LIMIT: bool>(path: &Path, t: usize, x: f32, x_end: f32, length: f32) -> [f32; 3] {
-        let voxel = |x: f32| {
+    fn crossing<const LIMIT: bool>(
+        path: &Path,
+        t: usize,
+        x: Position,
+        x_end: Position,
+        length: f32,
+    ) -> [f32; 3] {
+        let voxel = |x: Position| {
             let Limits { low, high, .. } = path.across[t];
-            let centre = nearest(if LIMIT { limit(x, low, high) } else { x }).1;
-            // Voxels are half-open, [i−½, i+½); the tie may have gone to the lower one.
-            let up = if x - centre >= 0.5 { 1.0 } else { 0.0 };
-            if LIMIT { limit(centre + up, low, high) } else { centre + up }
+            let rounded = x.value();
+            let centre = nearest(if LIMIT { limit(rounded, low, high) } else { rounded }).1;
+            // Voxels are half-open, [i−½, i+½); next to a face rounding may have led to the neighbour.
+            let off = x.from(centre);
+            let step = if off >= 0.5 { 1.0 } else { 0.0 } - if off < -0.5 { 1.0 } else { 0.0 };
+            if LIMIT { limit(centre + step, low, high) } else { centre + step }
         };
         let begin = voxel(x);
         // Rounding at the two faces must not skip a voxel.
         let end = limit(voxel(x_end), begin - 1.0, begin + 1.0);
         let plane = if begin > end { begin - 0.5 } else { end - 0.5 };
-        let at = limit((plane - x) * path.inverse_slope[t], 0.0, length);
+        let at = limit(-x.from(plane) * path.inverse_slope[t], 0.0, length);
         [begin, end, if begin == end { length } else { at }]
     }
 
@@ -205,8 +212,8 @@ impl Siddon {
 
 impl Kernel for Siddon {
     #[inline(always)]
-    fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, to: f32) -> L {
-        Self::slab::<true, L, F>(field, path, cell, from, to - from)
+    fn part<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, length: f32) -> L {
+        Self::slab::<true, L, F>(field, path, cell, from, length)
     }
 
     #[inline(always)]

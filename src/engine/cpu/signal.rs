@@ -7,6 +7,9 @@ use crate::physics::{MAX_MATERIALS, SpectralModel};
 /// Energies summed side by side; the compiler makes vectors of them.
 const WIDTH: usize = 8;
 
+/// Terms that are summed in float32 before the sum goes to float64.
+const BLOCK: usize = 16;
+
 /// A sum of transmissions below this is due to bins whose weight float32 holds badly or not at all.
 const FAINT: f64 = 1e-30;
 
@@ -18,6 +21,8 @@ pub(super) struct Signal {
     model: Arc<SpectralModel>,
     /// Weights, normalised to sum 1; the last bin is repeated with weight 0 to fill the last vector.
     weights: Vec<Wide>,
+    /// Their sum as rounded: an empty path has exactly none of them missing.
+    weight_sum: f64,
     /// Mass attenuation coefficients by label.
     coefficients: Vec<Vec<Wide>>,
 }
@@ -32,8 +37,10 @@ impl Signal {
             let values = model.coefficients(m);
             wide(values, *values.last().unwrap_or(&0.0))
         };
+        let weights = wide(model.weights(), 0.0);
         Self {
-            weights: wide(model.weights(), 0.0),
+            weight_sum: weights.iter().flatten().copied().map(f64::from).sum(),
+            weights,
             coefficients: (0..model.materials()).map(coefficients).collect(),
             model,
         }
@@ -72,12 +79,16 @@ impl Signal {
             (0..WIDTH).for_each(|i| least[i] = least[i].min(depth[i]));
         }
         let least = least.into_iter().fold(f32::INFINITY, f32::min);
-        let mut sum = [0.0; WIDTH];
-        for (weight, depth) in self.weights.iter().zip(&*depth) {
-            let transmitted = exp_minus(&std::array::from_fn(|i| depth[i] - least));
-            (0..WIDTH).for_each(|i| sum[i] += weight[i] * transmitted[i]);
+        let mut beyond = 0.0;
+        for (weights, depths) in self.weights.chunks(BLOCK).zip(depth.chunks(BLOCK)) {
+            let mut sum = [0.0; WIDTH];
+            for (weight, depth) in weights.iter().zip(depths) {
+                let transmitted = exp_minus(&std::array::from_fn(|i| depth[i] - least));
+                (0..WIDTH).for_each(|i| sum[i] += weight[i] * transmitted[i]);
+            }
+            beyond += sum.into_iter().map(f64::from).sum::<f64>();
         }
-        let beyond: f64 = sum.into_iter().map(f64::from).sum();
+        beyond /= self.weight_sum;
         if beyond < FAINT {
             let seen = &areal_density[..self.model.materials()];
             return (self.model.intensity(seen), self.model.line_integral(seen));

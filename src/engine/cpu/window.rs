@@ -31,8 +31,8 @@ impl Window {
             for cell in cells {
                 let relative = path.at(path.cells_to(cell) as f32 - 0.5);
                 for t in 0..2 {
-                    low[t] = low[t].min(relative[t] - path.across[t].low);
-                    high[t] = high[t].max(relative[t] - path.across[t].low);
+                    low[t] = low[t].min(relative[t].value() - path.across[t].low);
+                    high[t] = high[t].max(relative[t].value() - path.across[t].low);
                 }
             }
         }

@@ -9,8 +9,6 @@ use drr::volume::Volume;
 use drr::{Context, Scene, ViewRequest};
 use glam::DVec3;
 
-const ALL: Layers = Layers { intensity: true, line_integral: true, areal_density: true, bone_path: true };
-
 /// A hard case.
 pub(crate) struct Case {
     /// The family it belongs to, a number of `families::TITLES`.
@@ -88,7 +86,7 @@ impl Set {
     /// One view through the volume, with the specification's scene.
     pub(crate) fn new(volume: Arc<Volume>, size: [usize; 2], view: View) -> Self {
         let scene = Scene::new(size).expect("the built-in scene is valid");
-        Self { volume, scene, views: vec![view.into()], layers: ALL, step: 0.5 }
+        Self { volume, scene, views: vec![view.into()], layers: Layers::ALL, step: 0.5 }
     }
 
     /// A pose both as it is and as the uniforms made from it, in float32: segments, and half-lines.

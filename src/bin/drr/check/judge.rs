@@ -1,8 +1,6 @@
 //! Runs a case on an engine and compares with the truth.
 
-use std::ops::ControlFlow;
-
-use drr::engine::{Backend, Images};
+use drr::engine::{Backend, Images, SILENT};
 use drr::physics::MAX_MATERIALS;
 use drr::{Algorithm, Context, Error, Projector};
 
@@ -63,13 +61,9 @@ impl<'a> Judge<'a> {
         scene.algorithm = of_set(self.algorithm, set);
         let projector = Projector::new(context, set.volume.clone(), scene)?;
         match context.backend() {
-            Backend::Cpu => Ok(projector
-                .project(&set.views, set.layers, &|_| ControlFlow::Continue(()))?
-                .map(|&x| f64::from(x))),
+            Backend::Cpu => Ok(projector.project(&set.views, set.layers, SILENT)?.map(|&x| f64::from(x))),
             Backend::Reference => {
-                projector.reference(projector.scene().algorithm, &set.views, set.layers, &|_| {
-                    ControlFlow::Continue(())
-                })
+                projector.reference(projector.scene().algorithm, &set.views, set.layers, SILENT)
             }
         }
     }

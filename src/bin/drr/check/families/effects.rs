@@ -57,7 +57,31 @@ fn long_sums() -> Vec<Case> {
         ("4 000 voxels of noise, inclined", set(columns(4000), along(4000, 0.375), 0.5)),
     ]
     .map(|(name, set)| Case::exact(20, name, set))
-    .into()
+    .into_iter()
+    .chain(along_interfaces())
+    .collect()
+}
+
+/// Rays that keep to an oblique interface: an error of position that samples share is in every one of them.
+fn along_interfaces() -> Vec<Case> {
+    let mut cases = Vec::new();
+    let n = 500;
+    for (slope, offset) in [(1.0, 1.4e-5), (1.0, 0.3), (-0.37, 1.4e-5), (0.73, -0.2)] {
+        let middle = 0.5 * (f64::from(n) - 1.0);
+        let foot = move |i: usize| slope * (i as f64 - middle) + middle;
+        let grid = unit_grid([n as usize, n as usize, 1]);
+        let ends = [-1.0, 1.0]
+            .map(|sign| DVec3::new(middle + sign * middle, middle + sign * slope * middle + offset, 0.125));
+        let view = || View::Pose(segment(ends[0], ends[1]));
+        let half_space = volume(grid, move |[i, j, _]| (if j as f64 > foot(i) { 600 } else { -1000 }, 3));
+        let foil =
+            volume(grid, move |[i, j, _]| (if (j as f64 - foot(i)).round() == 1.0 { 600 } else { -1000 }, 3));
+        for (what, volume) in [("a half-space", half_space), ("a foil", foil)] {
+            let name = format!("along {what} of slope {slope}, {offset} off");
+            cases.push(Case::exact(20, name, Set::new(volume, [1, 1], view())));
+        }
+    }
+    cases
 }
 
 /// Lengths through bone, whatever the density.

@@ -1,9 +1,8 @@
 //! Voxels and numbers that are not numbers, or hardly: NaN, infinities, denormals, padding, the ends of int16.
 
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use drr::engine::{Images, Layers};
+use drr::engine::{Images, Layers, SILENT};
 use drr::geometry::{DetectorPose, Projection, View};
 use drr::physics::MassAttenuation;
 use drr::volume::Volume;
@@ -27,7 +26,7 @@ fn oblique(volume: Arc<Volume>) -> Set {
 fn project(context: &Context, view: View) -> drr::Result<Images<f32>> {
     let projector = Projector::new(context, water(unit_grid(SMALL)), Scene::new([1, 1])?)?;
     let layers = Layers { intensity: true, ..Layers::default() };
-    projector.project(&[ViewRequest::from(view)], layers, &|_| ControlFlow::Continue(()))
+    projector.project(&[ViewRequest::from(view)], layers, SILENT)
 }
 
 fn not_numbers() -> Vec<Case> {

@@ -102,6 +102,21 @@ fn limits() -> Vec<Case> {
         let set = through("titanium", 300, two_lines(faint));
         cases.push(Case::exact(26, format!("150 keV at {faint:.0e} of 20 keV"), set));
     }
+    // Rounding each of thousands of equal terms the same way would show.
+    let equal = EnergyGrid::new(1.0, 0.01, 3971).expect("valid");
+    let flat = Spectrum::new("flat", equal, vec![1.0; equal.count()]).expect("valid");
+    for (mu, name) in
+        [(1e-3, "3971 equal energies"), (1e-6, "3971 equal energies, next to nothing in the way")]
+    {
+        let (volume, from, to) = rod(8);
+        let set = Set::ray(volume, from, to).with_scene(|scene| {
+            let names = vec!["of a case".to_owned()];
+            scene.materials = MassAttenuation::new(equal, names, vec![mu; equal.count()]).expect("valid");
+            scene.spectrum = flat.clone();
+            scene.bone = Some(0);
+        });
+        cases.push(Case::exact(26, name, set));
+    }
     let powers = |by: f64| lit(spectrum(|e| by * e));
     for exponent in [-60, 60] {
         // p does not know the unit of the spectrum.
