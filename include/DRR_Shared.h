@@ -365,8 +365,9 @@ typedef struct DrrDetectorPose {
 /// The cone-beam uniforms of a pose, for a detector of `width` x `height` pixels: no early exit, the scene's own
 /// tables.
 ///
-/// The matrix is rounded to float32, so that a ray may miss its pixel by about 1e-7 of the source's distance to the
-/// world's origin; drr_projector_project_poses does not round. Writes `*uniforms` on success only. Fails with
+/// The matrix is rounded to float32, so that a ray may miss its pixel by about 1e-7 of the distances of source and
+/// detector from each other and from the world's origin, and by more where the steps are nearly parallel;
+/// drr_projector_project_poses does not round. Writes `*uniforms` on success only. Fails with
 /// DRR_STATUS_INVALID_ARGUMENT, also when the pose does not survive the rounding. Any thread.
 DrrStatus drr_uniforms_cone(const struct DrrDetectorPose *pose,
                             size_t width,

@@ -45,7 +45,7 @@ impl SpectralModel {
             .chunks(kept.len())
             .map(|row| row.iter().copied().fold(f64::INFINITY, f64::min))
             .collect();
-        Ok(Self { i0, weight_sum: weights.iter().sum(), weights, coefficients, least })
+        Ok(Self { i0, weight_sum: compensated(weights.iter().copied()), weights, coefficients, least })
     }
 
     /// Number of energy bins with weight.
@@ -89,8 +89,8 @@ impl SpectralModel {
         if self.is_opaque(areal_density) {
             return 0.0;
         }
-        let passing: f64 =
-            (0..self.bins()).map(|k| self.weights[k] * (-self.tau(k, areal_density)).exp()).sum();
+        let passing =
+            compensated((0..self.bins()).map(|k| self.weights[k] * (-self.tau(k, areal_density)).exp()));
         self.i0 * (passing / self.weight_sum)
     }
 
@@ -111,7 +111,7 @@ impl SpectralModel {
             return self.tau(0, areal_density);
         }
         // Relative to the least attenuated bin, whose term is its weight: the sum cannot underflow.
-        let passing: f64 = taus.zip(&self.weights).map(|(tau, w)| w * (least - tau).exp()).sum();
+        let passing = compensated(taus.zip(&self.weights).map(|(tau, w)| w * (least - tau).exp()));
         least - (passing / self.weight_sum).ln()
     }
 
@@ -125,6 +125,19 @@ impl SpectralModel {
     fn tau(&self, k: usize, areal_density: &[f64]) -> f64 {
         areal_density.iter().enumerate().map(|(m, a)| self.coefficients[m * self.bins() + k] * a).sum()
     }
+}
+
+/// The sum of numbers that are not negative, with the rounding of every addition made good (Kahan, CACM 8(1), 40, 1965):
+/// thousands of equal terms are rounded the same way.
+fn compensated(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut sum, mut lost) = (0.0, 0.0);
+    for value in values {
+        let term: f64 = value - lost;
+        let next = sum + term;
+        lost = (next - sum) - term;
+        sum = next;
+    }
+    sum
 }
 
 #[cfg(test)]

@@ -89,10 +89,21 @@ impl Truth {
         let lit = (0..self.weights.len()).filter(|&k| self.weights[k] > 0.0);
         let bins: Vec<(f64, f64)> = lit.map(|k| (self.weights[k], depth(k))).collect();
         let least = bins.iter().map(|(_, tau)| *tau).fold(f64::INFINITY, f64::min);
-        let seen: f64 = bins.iter().map(|(n, tau)| n * (least - tau).exp()).sum();
-        let all: f64 = self.weights.iter().sum();
+        let seen = sum(bins.iter().map(|(n, tau)| n * (least - tau).exp()));
+        let all = sum(self.weights.iter().copied());
         (least - (seen / all).ln(), seen * (-least).exp())
     }
+}
+
+/// With the rounding of every addition made good (Neumaier, ZAMM 54, 39, 1974).
+fn sum(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut sum, mut lost) = (0.0_f64, 0.0);
+    for value in values {
+        let next = sum + value;
+        lost += if sum.abs() >= value.abs() { (sum - next) + value } else { (value - next) + sum };
+        sum = next;
+    }
+    sum + lost
 }
 
 #[cfg(test)]
