@@ -66,7 +66,8 @@ impl Algorithm {
 pub struct Scene {
     /// Width and height, pixels.
     pub detector: [usize; 2],
-    /// Relative photons per energy bin, with the detector's response already folded in. One bin: monoenergetic.
+    /// Relative photons per energy bin, with the detector's response already folded in; their sum, I0, must be a normal
+    /// float32. One bin: monoenergetic.
     pub spectrum: Spectrum,
     /// Mass attenuation coefficients; the material at index m has label m. On the spectrum's grid.
     pub materials: MassAttenuation,
