@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use crate::allocation::reserved;
 use crate::engine::cpu::Cpu;
+#[cfg(feature = "host")]
+use crate::engine::host::Host;
 use crate::engine::reference::Reference;
 use crate::engine::{Backend, Engine, Images, Job, Layers, Progress, Report, ViewJob};
 use crate::error::{Error, Result};
@@ -29,6 +31,14 @@ impl Context {
     pub fn new(backend: Backend, threads: usize) -> Result<Self> {
         if threads > MAX_THREADS {
             return Err(Error::invalid("threads", threads, format!("0 (one per core) … {MAX_THREADS}")));
+        }
+        if matches!(backend, Backend::Cuda | Backend::Metal)
+            || backend == Backend::Host && !cfg!(feature = "host")
+        {
+            return Err(Error::Unsupported(format!(
+                "this library is built without the engine {}",
+                backend.name()
+            )));
         }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let threads =
@@ -86,6 +96,9 @@ impl Projector {
         let engine: Box<dyn Engine> = match context.backend {
             Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan)?),
             Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.algorithm)?),
+            #[cfg(feature = "host")]
+            Backend::Host => Box::new(context.install(|| Host::new(&volume, &scene, &plan))?),
+            other => unreachable!("no context has the engine {}", other.name()),
         };
         Ok(Self { context: context.clone(), volume, scene, plan, engine })
     }

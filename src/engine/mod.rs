@@ -1,6 +1,9 @@
 //! Engines execute a plan. They share the plan and the rays, and nothing else.
 
 pub mod cpu;
+mod gpu;
+#[cfg(feature = "host")]
+pub mod host;
 mod images;
 mod progress;
 pub mod reference;
@@ -22,6 +25,29 @@ pub enum Backend {
     Reference,
     /// float32 on all cores.
     Cpu,
+    /// The GPU kernels' text, compiled for the host by this machine's C++ compiler when it is first used: to see what a
+    /// GPU computes where there is none. Needs the feature `host`.
+    Host,
+    /// float32 on an NVIDIA GPU. Needs the feature `cuda`, and NVIDIA's driver and run-time compiler on the machine.
+    Cuda,
+    /// float32 on an Apple GPU. Needs macOS.
+    Metal,
+}
+
+impl Backend {
+    /// Every engine, there or not.
+    pub const ALL: [Self; 5] = [Self::Reference, Self::Cpu, Self::Host, Self::Cuda, Self::Metal];
+
+    /// The name on command lines and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Reference => "reference",
+            Self::Cpu => "cpu",
+            Self::Host => "host",
+            Self::Cuda => "cuda",
+            Self::Metal => "metal",
+        }
+    }
 }
 
 /// One view of a job.

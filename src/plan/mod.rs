@@ -56,7 +56,7 @@ impl Plan {
     /// `Unsupported` when the engine does not have the scene's algorithm.
     pub fn new(scene: &Scene, volume: &Volume, engine: Backend) -> Result<Self> {
         scene.validate()?;
-        if engine == Backend::Cpu && scene.algorithm == Algorithm::Exact {
+        if engine != Backend::Reference && scene.algorithm == Algorithm::Exact {
             return Err(Error::Unsupported("algorithm exact runs on the reference engine only".into()));
         }
         let names = scene.materials.names();
@@ -137,6 +137,9 @@ impl std::fmt::Display for Plan {
         let engine = match self.engine {
             Backend::Cpu => "cpu engine (float32)",
             Backend::Reference => "reference engine (float64)",
+            Backend::Host => "host engine (float32, the GPU kernels' text as host code)",
+            Backend::Cuda => "cuda engine (float32 on an NVIDIA GPU)",
+            Backend::Metal => "metal engine (float32 on an Apple GPU)",
         };
         writeln!(f, "{width}×{height} pixels from {n0}×{n1}×{n2} voxels on the {engine}")?;
         for stage in &self.stages {

@@ -106,8 +106,8 @@ fn march(plan: &Plan, rays: usize) -> Stage {
             plan.samples_per_ray()
         ),
         error: match plan.engine {
-            Backend::Cpu => "float32: |ΔA| ≤ 1e-6 A + 5e-7 ρ X, X half the volume's diagonal".into(),
             Backend::Reference => "float64 rounding".into(),
+            _ => "float32: |ΔA| ≤ 1e-6 A + 5e-7 ρ X, X half the volume's diagonal".into(),
         },
     }
 }
@@ -115,8 +115,8 @@ fn march(plan: &Plan, rays: usize) -> Stage {
 /// Every bin with weight is summed, so rounding is all.
 fn signal_error(plan: &Plan) -> String {
     match plan.engine {
-        Backend::Cpu => "float32: |Δp| ≤ 2e-6 p + 1e-6".into(),
         Backend::Reference => "float64 rounding".into(),
+        _ => "float32: |Δp| ≤ 2e-6 p + 1e-6".into(),
     }
 }
 

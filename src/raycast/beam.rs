@@ -5,6 +5,7 @@ use glam::{DVec3, DVec4};
 use crate::error::{Error, Result};
 use crate::geometry::{DetectorPose, Grid, Projection, View};
 use crate::raycast::Ray;
+use crate::raycast::lines::{Anchor, Even, Lines};
 
 /// Smallest sine of the angle between the two planes of a ray in index space: below it float64 has lost the ray.
 const MIN_SINE: f64 = 1e-10;
@@ -87,6 +88,40 @@ impl Beam {
         })
     }
 
+    /// All rays at once.
+    pub(crate) fn lines(&self) -> Lines {
+        let centre = self.grid.centre_index();
+        match self.rays {
+            Rays::Segments { source, first_pixel, column_step, row_step, near_pixel } => {
+                let even = |constant| Even { constant, column: column_step, row: row_step };
+                let pixel = even(first_pixel);
+                let near = if near_pixel { pixel } else { Even::constant(source) };
+                Lines {
+                    centre,
+                    direction: even(first_pixel - source),
+                    anchor: Anchor::Point(near),
+                    source: Some(source),
+                    pixel: Some(pixel),
+                }
+            }
+            Rays::Planes { x, y, w, source, forward, size } => {
+                // As clip coordinates change: (2i+1)/width − 1 and 1 − (2j+1)/height.
+                let columns = [x - (1.0 / size[0] - 1.0) * w, -2.0 / size[0] * w];
+                let rows = [y - (1.0 - 1.0 / size[1]) * w, 2.0 / size[1] * w];
+                let [direction, moment] = intersections(columns, rows, forward);
+                // Homogeneous: any size will do, so one that float32 can hold.
+                let scale = 1.0 / direction.at(0.5 * size[0], 0.5 * size[1]).abs().max_element();
+                Lines {
+                    centre,
+                    direction: direction.times(scale),
+                    anchor: Anchor::Moment(moment.times(scale)),
+                    source,
+                    pixel: None,
+                }
+            }
+        }
+    }
+
     /// The ray of pixel (column, row); fractions are points between pixel centres.
     pub fn ray(&self, column: f64, row: f64) -> Ray {
         let centre = self.grid.centre_index();
@@ -116,6 +151,20 @@ impl Beam {
             }
         }
     }
+}
+
+/// Where two planes meet that turn evenly with the pixel: column i's is `a[0] + i·a[1]`, row j's is `b[0] + j·b[1]`. The
+/// products i·j vanish, because a[1] and b[1] are parallel.
+fn intersections(a: [DVec4; 2], b: [DVec4; 2], forward: f64) -> [Even; 2] {
+    let normal = |plane: DVec4| plane.truncate();
+    let direction = |a: DVec4, b: DVec4| forward * normal(a).cross(normal(b));
+    let moment = |a: DVec4, b: DVec4| forward * (a.w * normal(b) - b.w * normal(a));
+    let even = |product: &dyn Fn(DVec4, DVec4) -> DVec3| Even {
+        constant: product(a[0], b[0]),
+        column: product(a[1], b[0]),
+        row: product(a[0], b[1]),
+    };
+    [even(&direction), even(&moment)]
 }
 
 /// Refuses a source that is not where the matrix's three planes meet. What float32 matrices and sources may be off by:

@@ -39,7 +39,7 @@ impl Classification {
 
 /// What a 16-bit code means.
 #[derive(Debug, Clone, Copy)]
-enum Code {
+pub(super) enum Code {
     /// The HU itself, moved to 0 … 65535.
     Hu,
     /// The label in the upper 3 bits, HU + 1025 limited to 0 … 8191 in the lower 13. The limit changes no density:
@@ -55,11 +55,20 @@ impl Code {
         }
     }
 
-    fn meaning(self, code: u16, how: &Classification) -> Voxel {
+    /// The CT number, limited or not.
+    pub(super) fn hu(self, code: u16) -> i32 {
         match self {
-            Self::Hu => how.voxel(f64::from((code ^ 0x8000).cast_signed()), None),
-            Self::LabelAndHu => how.voxel(f64::from(code & 0x1fff) - 1025.0, Some((code >> 13) as u8)),
+            Self::Hu => (code ^ 0x8000).cast_signed().into(),
+            Self::LabelAndHu => i32::from(code & 0x1fff) - 1025,
         }
+    }
+
+    fn meaning(self, code: u16, how: &Classification) -> Voxel {
+        let label = match self {
+            Self::Hu => None,
+            Self::LabelAndHu => Some((code >> 13) as u8),
+        };
+        how.voxel(f64::from(self.hu(code)), label)
     }
 }
 

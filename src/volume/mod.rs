@@ -3,6 +3,7 @@
 mod builder;
 mod voxels;
 
+use builder::Code;
 pub use builder::{Classification, VolumeBuilder};
 pub use voxels::{Voxel, Voxels};
 
@@ -69,6 +70,12 @@ impl Volume {
     /// The materials that the labels stand for, when thresholds made them; `None` when the caller gave the labels.
     pub fn classes(&self) -> Option<&[String]> {
         self.classes.as_deref()
+    }
+
+    /// The CT number behind a code of [`Voxels::Coded`].
+    pub(crate) fn hu_of(&self, code: u16) -> i32 {
+        let how = if self.classes.is_some() { Code::Hu } else { Code::LabelAndHu };
+        how.hu(code)
     }
 
     /// Bytes held for the voxels.

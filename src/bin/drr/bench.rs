@@ -15,7 +15,7 @@ use crate::console::Console;
 use crate::effort::Effort;
 use crate::inputs::{Inputs, Setup};
 use crate::memory;
-use crate::method::{describe, engine_name};
+use crate::method::describe;
 use crate::value::{prefixed, seconds};
 
 #[derive(Debug, Args)]
@@ -109,7 +109,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
             "median_seconds": median,
             "times": project.all,
             "peak_bytes": memory::peak_bytes(),
-            "engine": engine_name(setup.context.backend()),
+            "engine": setup.context.backend().name(),
             "algorithm": describe(projector.scene().algorithm),
             "threads": setup.context.threads(),
             "version": drr::VERSION,
@@ -130,7 +130,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let [width, height] = views.size;
     console.say(format_args!("{}: {n0}×{n1}×{n2} voxels, {} view(s) of {width}×{height} pixels, {} on {} with {} thread(s), {runs} runs",
         arguments.inputs.ct.name(), requests.len(), describe(projector.scene().algorithm),
-        engine_name(setup.context.backend()), setup.context.threads()));
+        setup.context.backend().name(), setup.context.threads()));
     for times in stages {
         let sorted = times.sorted();
         console.say(format_args!(

@@ -40,11 +40,17 @@ enum AlgorithmName {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum EngineName {
+pub(crate) enum EngineName {
     /// float32 on all cores
     Cpu,
     /// float64, the truth, slow
     Reference,
+    /// The GPU kernels' text, compiled by this machine's C++ compiler
+    Host,
+    /// float32 on an NVIDIA GPU
+    Cuda,
+    /// float32 on an Apple GPU
+    Metal,
 }
 
 impl Default for MethodArguments {
@@ -63,27 +69,30 @@ impl MethodArguments {
             AlgorithmName::Joseph => Algorithm::Joseph,
             AlgorithmName::March => Algorithm::March { step: self.step.unwrap_or(0.5) },
             AlgorithmName::Siddon => Algorithm::Siddon,
-            AlgorithmName::Exact if self.engine == EngineName::Cpu => {
-                bail!("--algorithm is exact; valid with --engine cpu: joseph, march, siddon")
+            AlgorithmName::Exact if self.engine != EngineName::Reference => {
+                bail!(
+                    "--algorithm is exact; valid with --engine {}: joseph, march, siddon",
+                    self.engine.backend().name()
+                )
             }
             AlgorithmName::Exact => Algorithm::Exact,
         })
     }
 
     pub(crate) fn context(&self) -> Result<Context> {
-        let backend = match self.engine {
-            EngineName::Cpu => Backend::Cpu,
-            EngineName::Reference => Backend::Reference,
-        };
-        Context::new(backend, self.threads).context("--threads")
+        Context::new(self.engine.backend(), self.threads).context("--threads")
     }
 }
 
-/// The name of an engine on the command line.
-pub(crate) fn engine_name(backend: Backend) -> &'static str {
-    match backend {
-        Backend::Cpu => "cpu",
-        Backend::Reference => "reference",
+impl EngineName {
+    pub(crate) fn backend(self) -> Backend {
+        match self {
+            Self::Cpu => Backend::Cpu,
+            Self::Reference => Backend::Reference,
+            Self::Host => Backend::Host,
+            Self::Cuda => Backend::Cuda,
+            Self::Metal => Backend::Metal,
+        }
     }
 }
 

@@ -177,7 +177,7 @@ impl Output<'_> {
             ("thresholds", physics.classification.thresholds.name().into()),
             ("algorithm", describe(scene.algorithm)),
             ("supersampling", scene.supersampling.to_string()),
-            ("engine", crate::method::engine_name(self.setup.context.backend()).into()),
+            ("engine", self.setup.context.backend().name().into()),
         ]
         .map(|(name, value): (&str, String)| (format!("drr.{name}"), value))
         .into()

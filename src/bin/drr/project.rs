@@ -15,7 +15,7 @@ use crate::accuracy::Accuracy;
 use crate::console::Console;
 use crate::effort::Effort;
 use crate::inputs::Inputs;
-use crate::method::{describe, engine_name};
+use crate::method::describe;
 use crate::output::{LayerName, Output, Rendered, layers, prepare};
 use crate::value::{prefixed, seconds};
 
@@ -73,7 +73,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         views.poses.len(),
         seconds(projecting),
         describe(projector.scene().algorithm),
-        engine_name(setup.context.backend()),
+        setup.context.backend().name(),
         setup.context.threads(),
         prefixed(effort.rays / projecting),
         prefixed(effort.samples / projecting),
@@ -119,11 +119,11 @@ fn render(
         ControlFlow::Continue(())
     };
     let rendered = match backend {
-        Backend::Cpu => Rendered::Single(projector.project(views, layers, &progress)?),
         Backend::Reference => {
             let algorithm = projector.scene().algorithm;
             Rendered::Double(projector.reference(algorithm, views, layers, &progress)?)
         }
+        _ => Rendered::Single(projector.project(views, layers, &progress)?),
     };
     bar.finish_and_clear();
     Ok(rendered)

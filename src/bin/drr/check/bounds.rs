@@ -39,7 +39,19 @@ impl Bounds {
         let materials = set.scene.materials.names().len();
         let steepest = |m| set.scene.materials.coefficients(m).iter().copied().fold(0.0, f64::max);
         match backend {
-            Backend::Cpu => {
+            Backend::Reference => {
+                let unit = f64::EPSILON / 2.0;
+                Self {
+                    relative: 1e-13,
+                    shift_mm: 8.0 * unit * reach(grid, &request.view),
+                    unit,
+                    line_integral: [1e-13, 1e-14],
+                    intensity: 0.0,
+                    density,
+                    attenuation: std::array::from_fn(|m| if m < materials { steepest(m) } else { 0.0 }),
+                }
+            }
+            _ => {
                 let unit = f64::from(f32::EPSILON) / 2.0;
                 let whole = set.layers.line_integral || set.layers.areal_density;
                 let stopped = if request.early_exit && !whole {
@@ -52,22 +64,11 @@ impl Bounds {
                     shift_mm: 8.0 * unit * half_diagonal(grid),
                     unit,
                     line_integral: [2e-6, 1e-6],
-                    // Below the smallest normal number float32 loses digits.
-                    intensity: stopped + f64::from(f32::MIN_POSITIVE) * unit,
+                    // Below the smallest normal number float32 loses digits; GPUs may not have such numbers.
+                    intensity: stopped
+                        + f64::from(f32::MIN_POSITIVE) * if backend == Backend::Cpu { unit } else { 1.0 },
                     density,
                     attenuation: [0.0; MAX_MATERIALS],
-                }
-            }
-            Backend::Reference => {
-                let unit = f64::EPSILON / 2.0;
-                Self {
-                    relative: 1e-13,
-                    shift_mm: 8.0 * unit * reach(grid, &request.view),
-                    unit,
-                    line_integral: [1e-13, 1e-14],
-                    intensity: 0.0,
-                    density,
-                    attenuation: std::array::from_fn(|m| if m < materials { steepest(m) } else { 0.0 }),
                 }
             }
         }

@@ -61,10 +61,10 @@ impl<'a> Judge<'a> {
         scene.algorithm = of_set(self.algorithm, set);
         let projector = Projector::new(context, set.volume.clone(), scene)?;
         match context.backend() {
-            Backend::Cpu => Ok(projector.project(&set.views, set.layers, SILENT)?.map(|&x| f64::from(x))),
             Backend::Reference => {
                 projector.reference(projector.scene().algorithm, &set.views, set.layers, SILENT)
             }
+            _ => Ok(projector.project(&set.views, set.layers, SILENT)?.map(|&x| f64::from(x))),
         }
     }
 

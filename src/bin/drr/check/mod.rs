@@ -18,14 +18,14 @@ use rayon::prelude::*;
 use serde_json::json;
 
 use crate::console::Console;
-use crate::method::engine_name;
+use crate::method::EngineName;
 use case::{Case, Demand};
 use families::TITLES;
 use judge::Judge;
 use row::{Deviation, HEADING, Row};
 
-/// The engines of this machine.
-const ENGINES: [Backend; 2] = [Backend::Cpu, Backend::Reference];
+/// The engines that are checked when none is named, each where this machine has it.
+const ENGINES: [Backend; 4] = [Backend::Cpu, Backend::Reference, Backend::Cuda, Backend::Metal];
 /// Each case has its own step for the march.
 const ALGORITHMS: [Algorithm; 4] =
     [Algorithm::Joseph, Algorithm::March { step: 0.5 }, Algorithm::Siddon, Algorithm::Exact];
@@ -50,6 +50,9 @@ pub(crate) struct Arguments {
     /// Only the cases with this text in their names
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
+    /// Only these engines [default: all that this machine has, but host]
+    #[arg(long, value_enum, value_name = "NAME,...", value_delimiter = ',')]
+    engine: Vec<EngineName>,
     /// Print one JSON object
     #[arg(long)]
     json: bool,
@@ -65,11 +68,23 @@ impl Arguments {
     }
 }
 
+impl Arguments {
+    /// Of the engines that are named; or of those that are there.
+    fn contexts(&self) -> drr::Result<Vec<Context>> {
+        if self.engine.is_empty() {
+            return Ok(ENGINES
+                .into_iter()
+                .filter_map(|engine| Context::new(engine, self.threads).ok())
+                .collect());
+        }
+        self.engine.iter().map(|engine| Context::new(engine.backend(), self.threads)).collect()
+    }
+}
+
 /// `drr check`.
 pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let console = console.without_text(arguments.json);
-    let contexts = ENGINES.into_iter().map(|engine| Context::new(engine, arguments.threads));
-    let contexts = contexts.collect::<drr::Result<Vec<_>>>()?;
+    let contexts = arguments.contexts()?;
     let cases: Vec<_> = families::all().into_iter().filter(|case| arguments.wants(case)).collect();
     if cases.is_empty() {
         let Arguments { family, only, .. } = arguments;
@@ -97,7 +112,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         for row in &rows {
             console.say(row);
         }
-        console.say(summary(cases.len(), &rows));
+        console.say(summary(cases.len(), &rows, &contexts));
     }
     Ok(if holds { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -119,7 +134,7 @@ fn rows(case: &Case, contexts: &[Context]) -> Vec<Row> {
                 family: case.family,
                 case: case.name.clone(),
                 algorithm: if algorithms.len() == 1 { "any" } else { algorithm.name() },
-                engine: engine_name(context.backend()),
+                engine: context.backend().name(),
                 holds: worst.ratio() <= 1.0,
                 worst,
                 note,
@@ -129,7 +144,7 @@ fn rows(case: &Case, contexts: &[Context]) -> Vec<Row> {
     rows
 }
 
-fn summary(cases: usize, rows: &[Row]) -> String {
+fn summary(cases: usize, rows: &[Row], contexts: &[Context]) -> String {
     let failed = rows.iter().filter(|row| !row.holds).count();
     if failed > 0 {
         return format!("{failed} of {} rows fail", rows.len());
@@ -138,10 +153,8 @@ fn summary(cases: usize, rows: &[Row]) -> String {
         let of_engine = rows.iter().filter(|row| row.engine == engine);
         of_engine.map(|row| row.worst.ratio()).fold(0.0, f64::max)
     };
-    let engines = ENGINES.map(|engine| {
-        let name = engine_name(engine);
-        format!("{name} {:.2}", used(name))
-    });
+    let names = contexts.iter().map(|context| context.backend().name());
+    let engines: Vec<_> = names.map(|name| format!("{name} {:.2}", used(name))).collect();
     format!(
         "{cases} cases, {} rows: all hold. Most of a bound that was used: {}",
         rows.len(),

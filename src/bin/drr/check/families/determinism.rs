@@ -23,8 +23,10 @@ pub(super) fn cases() -> Vec<Case> {
         Volume::from_float32(grid, &wide, Some(&labels), &classification()),
     ]
     .map(|volume| Set::new(Arc::new(volume.expect("valid")), size, arm(17.0)));
+    let [int16, float32] = stored;
     vec![
         Case::same(27, "the same projection twice", [views.clone(), views]),
-        Case::same(27, "int16 and float32 voxels", stored),
+        Case::exact(27, "int16 voxels", int16),
+        Case::exact(27, "the same as float32 voxels", float32),
     ]
 }

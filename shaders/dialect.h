@@ -1,0 +1,93 @@
+// What the three compilers call the same things. The only file that asks which of them is reading: Metal's (or its
+// stand-in), NVIDIA's run-time compiler, or a C++17 compiler for the host.
+//
+// Every function below these lines is written once, and computes the same bits everywhere: products and sums are not
+// contracted, so what is fused is written fused.
+#ifndef DRR_DIALECT_H
+#define DRR_DIALECT_H
+
+#if defined(__METAL_VERSION__)
+
+#include <metal_stdlib>
+#pragma METAL fp math_mode(safe)
+#pragma METAL fp contract(off)
+#define DRR_DEVICE device
+#define DRR_CONSTANT constant
+#define DRR_THREAD thread
+#define DRR_RESTRICT
+#define DRR_UNROLL _Pragma("unroll")
+#define DRR_FUNCTION static inline
+#define DRR_METHOD inline
+typedef long DrrLong;
+DRR_FUNCTION float drr_fma(float a, float b, float c) { return metal::fma(a, b, c); }
+DRR_FUNCTION float drr_abs(float x) { return metal::fabs(x); }
+DRR_FUNCTION float drr_min(float a, float b) { return metal::fmin(a, b); }
+DRR_FUNCTION float drr_max(float a, float b) { return metal::fmax(a, b); }
+DRR_FUNCTION float drr_floor(float x) { return metal::floor(x); }
+DRR_FUNCTION float drr_rint(float x) { return metal::rint(x); }
+DRR_FUNCTION float drr_sqrt(float x) { return metal::precise::sqrt(x); }
+DRR_FUNCTION float drr_log(float x) { return metal::precise::log(x); }
+DRR_FUNCTION float drr_float_of_bits(uint bits) { return as_type<float>(bits); }
+DRR_FUNCTION uint drr_bits_of_float(float x) { return as_type<uint>(x); }
+// Whether any thread that runs beside this one says so. Decides what is faster, never what is computed.
+DRR_FUNCTION bool drr_any(bool here) { return metal::simd_any(here); }
+
+#elif defined(__CUDACC__) || defined(__CUDACC_RTC__)
+
+typedef unsigned int uint;
+typedef unsigned short ushort;
+typedef unsigned char uchar;
+typedef long long DrrLong;
+#define DRR_DEVICE
+#define DRR_CONSTANT const
+#define DRR_THREAD
+#define DRR_RESTRICT __restrict__
+#define DRR_UNROLL _Pragma("unroll")
+#define DRR_FUNCTION static __device__ __forceinline__
+#define DRR_METHOD __device__ __forceinline__
+DRR_FUNCTION float drr_fma(float a, float b, float c) { return __fmaf_rn(a, b, c); }
+DRR_FUNCTION float drr_abs(float x) { return fabsf(x); }
+DRR_FUNCTION float drr_min(float a, float b) { return fminf(a, b); }
+DRR_FUNCTION float drr_max(float a, float b) { return fmaxf(a, b); }
+DRR_FUNCTION float drr_floor(float x) { return floorf(x); }
+DRR_FUNCTION float drr_rint(float x) { return rintf(x); }
+DRR_FUNCTION float drr_sqrt(float x) { return __fsqrt_rn(x); }
+DRR_FUNCTION float drr_log(float x) { return logf(x); }
+DRR_FUNCTION float drr_float_of_bits(uint bits) { return __uint_as_float(bits); }
+DRR_FUNCTION uint drr_bits_of_float(float x) { return __float_as_uint(x); }
+DRR_FUNCTION bool drr_any(bool here) { return __any_sync(__activemask(), here); }
+
+#else
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#endif
+typedef unsigned int uint;
+typedef unsigned short ushort;
+typedef unsigned char uchar;
+typedef std::int64_t DrrLong;
+#define DRR_DEVICE
+#define DRR_CONSTANT const
+#define DRR_THREAD
+#define DRR_RESTRICT __restrict__
+#define DRR_UNROLL
+#define DRR_FUNCTION static inline
+#define DRR_METHOD inline
+DRR_FUNCTION float drr_fma(float a, float b, float c) { return std::fma(a, b, c); }
+DRR_FUNCTION float drr_abs(float x) { return std::fabs(x); }
+DRR_FUNCTION float drr_min(float a, float b) { return std::fmin(a, b); }
+DRR_FUNCTION float drr_max(float a, float b) { return std::fmax(a, b); }
+DRR_FUNCTION float drr_floor(float x) { return std::floor(x); }
+DRR_FUNCTION float drr_rint(float x) { return std::nearbyint(x); }
+DRR_FUNCTION float drr_sqrt(float x) { return std::sqrt(x); }
+DRR_FUNCTION float drr_log(float x) { return std::log(x); }
+DRR_FUNCTION float drr_float_of_bits(uint bits) { float x; std::memcpy(&x, &bits, sizeof x); return x; }
+DRR_FUNCTION uint drr_bits_of_float(float x) { uint bits; std::memcpy(&bits, &x, sizeof bits); return bits; }
+DRR_FUNCTION bool drr_any(bool here) { return here; }
+
+#endif
+
+#endif

@@ -1,0 +1,18 @@
+// The entry point for CUDA.
+#include "DRR_Shared.h"
+#include "pixel.h"
+
+#if !defined(DRR_GROUP)
+#define DRR_GROUP 256
+#endif
+
+extern "C" __global__ void __launch_bounds__(DRR_GROUP)
+projectPolyenergeticDRR(const __grid_constant__ DrrLaunch launch, const DrrBeam *__restrict__ beams, DrrVoxels voxels,
+                        DrrSpectra spectra, DrrImages images) {
+    // Neighbouring blocks are the views of one tile: what one reads is in cache for the other.
+    const uint view = blockIdx.x % launch.views;
+    const uint column = blockIdx.x / launch.views * blockDim.x + threadIdx.x;
+    const uint row = blockIdx.y * blockDim.y + threadIdx.y;
+    if (column >= launch.width || row >= launch.height) return;
+    drr_pixel(launch, beams[view], voxels, spectra, images, column, row, view);
+}

@@ -1,0 +1,3 @@
+// The entry point for Metal.
+#include "DRR_Shared.h"
+#include "pixel.h"

@@ -1,0 +1,52 @@
+// Positions along a ray as whole voxels and 32 bits of a voxel: integers, so that stepping adds no error, and so that
+// the voxel and the place inside it fall out without a conversion. Started anew from the ray every block of slices.
+#ifndef DRR_POSITION_H
+#define DRR_POSITION_H
+
+#include "voxels.h"
+
+// Slices (or cells) between two starts, which are also summed in float32 before the sum goes to a twofold one.
+#define DRR_BLOCK 64
+
+// Voxels, times 2^32.
+typedef DrrLong DrrPosition;
+
+#define DRR_ONE_VOXEL 4294967296.0f
+
+DRR_FUNCTION DrrPosition drr_position(DrrTwofold x) {
+    const float whole = drr_floor(x.high);
+    const DrrLong fraction = (DrrLong)((x.high - whole) * DRR_ONE_VOXEL);
+    return (DrrLong)whole * ((DrrLong)1 << 32) + fraction + (DrrLong)drr_rint(x.low * DRR_ONE_VOXEL);
+}
+
+// The voxel at or below.
+DRR_FUNCTION int drr_voxel(DrrPosition x) { return (int)(x >> 32); }
+
+// How far beyond it, 0 … 1.
+DRR_FUNCTION float drr_fraction(DrrPosition x) {
+    return drr_float_of_bits(((uint)x >> 9) | 0x3f800000u) - 1.0f;
+}
+
+// Limited to the volume: in the outer half voxel the edge value holds.
+DRR_FUNCTION DrrPosition drr_inside(DrrPosition x, uint voxels) {
+    const DrrPosition last = (DrrLong)(voxels - 1) << 32;
+    return x < 0 ? 0 : x > last ? last : x;
+}
+
+// Where a coordinate is at one s, and how it changes from sample to sample.
+struct DrrCourse {
+    DrrPosition at;
+    DrrPosition step;
+};
+
+// Index of the voxel centre that is the volume's centre plus x.
+DRR_FUNCTION DrrTwofold drr_index(DRR_CONSTANT DrrLaunch &launch, uint axis, DrrTwofold x) {
+    return drr_add(x, drr_twofold(drr_half_extent(launch, axis) - 0.5f));
+}
+
+// A transverse coordinate at s, relative to the volume's centre.
+DRR_FUNCTION DrrTwofold drr_across(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrRay &ray, uint t, DrrTwofold s) {
+    return drr_index(launch, ray.across[t], drr_add(ray.base[t], drr_multiply(ray.slope[t], s)));
+}
+
+#endif

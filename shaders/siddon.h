@@ -1,0 +1,114 @@
+// Exact lengths through voxels of constant value (Siddon, Med. Phys. 12(2), 252, 1985). Within one slice of the driving
+// axis a ray crosses at most one plane of each other axis, so it meets at most three voxels: every ray takes the same
+// steps, without a branch on its direction.
+#ifndef DRR_SIDDON_H
+#define DRR_SIDDON_H
+
+#include "walk.h"
+
+// Along one transverse axis: the voxels in which the ray enters and leaves a slice, and how far it is from the one
+// place to where it crosses into the other.
+struct DrrCrossing {
+    int first;
+    int last;
+    float at;
+};
+
+// From x on, over `length` slices, to x_end; positions are from the voxels' lower faces on.
+DRR_FUNCTION DrrCrossing drr_crossing(DrrPosition x, DrrPosition x_end, float slope, float length) {
+    DrrCrossing crossing;
+    crossing.first = drr_voxel(x);
+    crossing.last = drr_voxel(x_end);
+    const float way = slope > 0.0f ? 1.0f - drr_fraction(x) : drr_fraction(x);
+    crossing.at = crossing.first == crossing.last ? length : drr_min(way / drr_abs(slope), length);
+    return crossing;
+}
+
+DRR_FUNCTION void drr_take(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD DrrSums &sums,
+                           DrrVoxel voxel, float length) {
+#if !defined(DRR_ONE_LABEL)
+    if ((drr_unlike(voxel, sums.label) & DRR_UNLIKE_BITS) != 0) {
+        drr_end_run(sums);
+        drr_start_run(launch, sums, drr_label(voxel));
+    }
+#endif
+    sums.run = drr_fma(length, drr_standing_in(launch, voxels, sums.how, voxel), sums.run);
+    sums.length += length;
+}
+
+// Length in voxels of one label, slices.
+struct DrrLabelled {
+    uint label;
+    float block;
+    DrrTwofold total;
+};
+
+DRR_FUNCTION void drr_take(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrVoxels &, DRR_THREAD DrrLabelled &path,
+                           DrrVoxel voxel, float length) {
+    path.block += drr_label(voxel) == path.label ? length : 0.0f;
+}
+
+DRR_FUNCTION bool drr_end_block(DRR_CONSTANT DrrBeam &, DRR_THREAD DrrLabelled &path) {
+    const DrrTwofold sum = drr_sum_of(path.total.high, path.block);
+    path.total = drr_renormalised(sum.high, path.total.low + sum.low);
+    path.block = 0.0f;
+    return false;
+}
+
+// Sums is what takes the voxels and their lengths.
+template <typename Sums>
+struct DrrSiddon {
+    Sums sums;
+    float slope[2];
+
+    DRR_METHOD DrrTwofold cell(DRR_CONSTANT DrrLaunch &) { return drr_twofold(1.0f); }
+    DRR_METHOD float sample() { return 0.0f; }
+    DRR_METHOD bool end_block(DRR_CONSTANT DrrBeam &beam) { return drr_end_block(beam, sums); }
+
+    DRR_METHOD void slab(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
+                         DRR_THREAD const DrrSteps &steps, DrrCourse u, DrrCourse v, int slice, float length) {
+        const DrrCrossing a = drr_crossing(u.at, u.at + u.step, slope[0], length);
+        const DrrCrossing b = drr_crossing(v.at, v.at + v.step, slope[1], length);
+        const bool u_leads = a.at < b.at;
+        const float first = u_leads ? a.at : b.at, second = u_leads ? b.at : a.at;
+        drr_take(launch, voxels, sums, drr_read(launch, voxels, drr_place(launch, steps, a.first, b.first, slice)), first);
+        drr_take(launch, voxels, sums,
+                 drr_read(launch, voxels,
+                          drr_place(launch, steps, u_leads ? a.last : a.first, u_leads ? b.first : b.last, slice)),
+                 second - first);
+        drr_take(launch, voxels, sums, drr_read(launch, voxels, drr_place(launch, steps, a.last, b.last, slice)),
+                 length - second);
+    }
+
+    DRR_METHOD void part(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD const DrrRay &ray,
+                         DRR_THREAD const DrrSteps &steps, int cell, DrrTwofold from, DrrTwofold to) {
+        const DrrTwofold half = drr_twofold(drr_half_extent(launch, ray.axis));
+        DrrCourse course[2];
+        for (uint t = 0; t < 2; t++) {
+            const DrrTwofold face = drr_twofold(0.5f);
+            const uint voxels_across = launch.dimensions[ray.across[t]];
+            const DrrPosition at =
+                drr_position(drr_add(drr_across(launch, ray, t, drr_subtract(from, half)), face));
+            const DrrPosition end = drr_position(drr_add(drr_across(launch, ray, t, drr_subtract(to, half)), face));
+            // Where the ray enters and leaves through a face, rounding may have led beyond it.
+            const DrrPosition last = ((DrrLong)voxels_across << 32) - 1;
+            course[t].at = at < 0 ? 0 : at > last ? last : at;
+            course[t].step = (end < 0 ? 0 : end > last ? last : end) - course[t].at;
+        }
+        slab(launch, voxels, steps, course[0], course[1], cell, drr_rounded(drr_subtract(to, from)));
+    }
+
+    DRR_METHOD void whole(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
+                          DRR_THREAD const DrrSteps &steps, DrrCourse u, DrrCourse v, DrrCourse, int cell, int end) {
+        // From the voxels' faces on, not from their centres.
+        u.at += (DrrLong)1 << 31;
+        v.at += (DrrLong)1 << 31;
+        for (; cell < end; cell++) {
+            slab(launch, voxels, steps, u, v, cell, 1.0f);
+            u.at += u.step;
+            v.at += v.step;
+        }
+    }
+};
+
+#endif

@@ -1,0 +1,175 @@
+// What a voxel holds, however it is stored, and how densities are interpolated between voxels.
+#ifndef DRR_VOXELS_H
+#define DRR_VOXELS_H
+
+#include "ray.h"
+
+// How voxels are stored, chosen by DRR_VOXELS:
+#define DRR_VOXELS_CODED 0   // one 16-bit code each, 8 * value + label, with a frame of one voxel around the volume
+#define DRR_VOXELS_DENSE 1   // float32 density and 8-bit label, with the same frame
+#define DRR_VOXELS_TEXTURE 2 // the caller's own texture of int16 HU; a table makes codes of them
+
+// How codes become densities, chosen by DRR_DENSITY:
+#define DRR_DENSITY_LINE 0   // in proportion to the value
+#define DRR_DENSITY_KINK 1   // the lower of two lines
+#define DRR_DENSITY_TABLE 2  // a table by value
+
+// A volume's voxels and, where they need one, their table.
+struct DrrVoxels {
+#if DRR_VOXELS == DRR_VOXELS_TEXTURE
+    metal::texture3d<short, metal::access::read> hu;
+    const DRR_DEVICE ushort *code_of_hu;
+#elif DRR_VOXELS == DRR_VOXELS_DENSE
+    const DRR_DEVICE float *DRR_RESTRICT density;
+    const DRR_DEVICE uchar *DRR_RESTRICT label;
+#else
+    const DRR_DEVICE ushort *DRR_RESTRICT code;
+#endif
+#if DRR_DENSITY == DRR_DENSITY_TABLE
+    const DRR_DEVICE float *DRR_RESTRICT density_of_value;
+#endif
+};
+
+// One voxel as it was read.
+#if DRR_VOXELS == DRR_VOXELS_DENSE
+struct DrrVoxel {
+    float density;
+    uint label;
+};
+#else
+typedef uint DrrVoxel;
+#endif
+
+// A place among the voxels, and the steps from it to its neighbours across the driving axis and along it.
+#if DRR_VOXELS == DRR_VOXELS_TEXTURE
+typedef metal::int3 DrrPlace;
+#else
+typedef uint DrrPlace;
+#endif
+struct DrrSteps {
+    DrrPlace u;
+    DrrPlace v;
+    DrrPlace s;
+};
+
+#if DRR_VOXELS == DRR_VOXELS_TEXTURE
+
+DRR_FUNCTION DrrSteps drr_steps(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrRay &ray) {
+    DrrSteps steps;
+    const uint3 axes = uint3(ray.across[0], ray.across[1], ray.axis);
+    steps.u = metal::int3(axes.x == 0, axes.x == 1, axes.x == 2);
+    steps.v = metal::int3(axes.y == 0, axes.y == 1, axes.y == 2);
+    steps.s = metal::int3(axes.z == 0, axes.z == 1, axes.z == 2);
+    return steps;
+}
+
+DRR_FUNCTION DrrPlace drr_place(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrSteps &steps, int u, int v, int s) {
+    return u * steps.u + v * steps.v + s * steps.s;
+}
+
+// The frame around the volume repeats the outermost voxels.
+DRR_FUNCTION DrrVoxel drr_read(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DrrPlace place) {
+    const metal::int3 last = metal::int3(launch.dimensions[0], launch.dimensions[1], launch.dimensions[2]) - 1;
+    const metal::int3 nearest = metal::clamp(place, metal::int3(0), last);
+    const short hu = voxels.hu.read(uint3(nearest)).x;
+    return voxels.code_of_hu[as_type<ushort>(hu)];
+}
+
+#else
+
+// With one driving axis for the launch, the step of 1 is known to the compiler.
+DRR_FUNCTION DrrSteps drr_steps(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrRay &ray) {
+    DrrSteps steps;
+    steps.u = ray.across[0] == 0 ? 1 : launch.stride[1];
+    steps.v = ray.across[1] == 1 ? launch.stride[1] : launch.stride[2];
+    steps.s = ray.axis == 0 ? 1 : launch.stride[ray.axis];
+    return steps;
+}
+
+DRR_FUNCTION DrrPlace drr_place(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrSteps &steps, int u, int v, int s) {
+    return launch.first_voxel + (uint)u * steps.u + (uint)v * steps.v + (uint)s * steps.s;
+}
+
+DRR_FUNCTION DrrVoxel drr_read(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrVoxels &voxels, DrrPlace place) {
+#if DRR_VOXELS == DRR_VOXELS_DENSE
+    DrrVoxel voxel;
+    voxel.density = voxels.density[place];
+    voxel.label = voxels.label[place];
+    return voxel;
+#else
+    return voxels.code[place];
+#endif
+}
+
+#endif
+
+#if DRR_VOXELS == DRR_VOXELS_DENSE
+DRR_FUNCTION uint drr_label(DrrVoxel voxel) { return voxel.label; }
+#else
+DRR_FUNCTION uint drr_label(DrrVoxel voxel) { return voxel & 7; }
+#endif
+
+// Bits that are 0 when a and b have the same label.
+DRR_FUNCTION uint drr_unlike(DrrVoxel a, uint label) {
+#if DRR_VOXELS == DRR_VOXELS_DENSE
+    return a.label ^ label;
+#else
+    return a ^ label;
+#endif
+}
+#define DRR_UNLIKE_BITS 7
+
+// g/cm^3.
+DRR_FUNCTION float drr_density(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DrrVoxel voxel) {
+#if DRR_VOXELS == DRR_VOXELS_DENSE
+    return voxel.density;
+#elif DRR_DENSITY == DRR_DENSITY_TABLE
+    return voxels.density_of_value[voxel >> 3];
+#else
+    const float value = (float)(int)(voxel & ~7u);
+#if DRR_DENSITY == DRR_DENSITY_KINK
+    return launch.scale * drr_min(value, drr_fma(launch.kink[1], value, launch.kink[0]));
+#else
+    return launch.scale * value;
+#endif
+#endif
+}
+
+// Along a run of voxels that all have one label, what is summed are not densities but stand-ins, which cost less to
+// make: density = scale * (stand-in - offset). Codes are such stand-ins below the kink: they exceed eight times the value
+// by the label.
+struct DrrStandIn {
+    float scale;
+    float offset;
+    float kink;
+};
+
+DRR_FUNCTION DrrStandIn drr_stand_in(DRR_CONSTANT DrrLaunch &launch, uint label) {
+    DrrStandIn how;
+#if DRR_VOXELS == DRR_VOXELS_DENSE || DRR_DENSITY == DRR_DENSITY_TABLE
+    how.scale = 1.0f;
+    how.offset = 0.0f;
+    how.kink = 0.0f;
+#else
+    how.scale = launch.scale;
+    how.offset = (float)(int)label;
+    how.kink = drr_fma(how.offset, 1.0f - launch.kink[1], launch.kink[0]);
+#endif
+    return how;
+}
+
+DRR_FUNCTION float drr_standing_in(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
+                                   DRR_THREAD const DrrStandIn &how, DrrVoxel voxel) {
+#if DRR_VOXELS == DRR_VOXELS_DENSE || DRR_DENSITY == DRR_DENSITY_TABLE
+    return drr_density(launch, voxels, voxel);
+#elif DRR_DENSITY == DRR_DENSITY_KINK
+    const float code = (float)(int)voxel;
+    return drr_min(code, drr_fma(launch.kink[1], code, how.kink));
+#else
+    return (float)(int)voxel;
+#endif
+}
+
+DRR_FUNCTION float drr_between(float a, float b, float fraction) { return drr_fma(fraction, b - a, a); }
+
+#endif

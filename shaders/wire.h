@@ -1,0 +1,67 @@
+// What the host tells the kernel, beside ProjectionUniforms: src/engine/gpu/wire.rs is the same, byte for byte.
+#ifndef DRR_WIRE_H
+#define DRR_WIRE_H
+
+#include "dialect.h"
+
+// Labels of a volume are 0 … 7.
+#define DRR_MAX_LABELS 8
+
+// A number as an unevaluated sum of two float32: 48 bits.
+struct DrrTwofold {
+    float high;
+    float low;
+};
+
+// A number that changes evenly from pixel to pixel: constant + column * i + row * j.
+struct DrrAffine {
+    DrrTwofold constant;
+    DrrTwofold column;
+    DrrTwofold row;
+};
+
+// All rays of one view, in voxel-index space, relative to the centre of the volume.
+struct DrrBeam {
+    DrrAffine direction[3];
+    // DRR_ANCHOR_POINT: a point of the ray. DRR_ANCHOR_MOMENT: point x direction, the same for all points of the ray.
+    DrrAffine anchor[3];
+    DrrAffine pixel[3];     // where a segment ends
+    DrrTwofold source[3];   // where a segment or a half-line starts
+    uint anchor_kind;
+    uint ends;              // DRR_ENDS_AT_SOURCE | DRR_ENDS_AT_PIXEL
+    uint early_exit;        // 1: a ray may stop once it is opaque
+    // The view's spectral tables.
+    uint bins;
+    uint first_weight;      // of `bins` in the array of weights
+    uint first_attenuation; // of materials * bins in the array of mass attenuation, material-major
+    float i0;
+    float reserved;
+    DrrTwofold weight_sum;
+    float least_attenuation[DRR_MAX_LABELS]; // cm^2/g, over the bins with weight
+};
+
+#define DRR_ANCHOR_POINT 0
+#define DRR_ANCHOR_MOMENT 1
+#define DRR_ENDS_AT_SOURCE 1
+#define DRR_ENDS_AT_PIXEL 2
+
+// The volume, the detector and the method.
+struct DrrLaunch {
+    uint dimensions[3];     // voxels along i, j, k
+    uint stride[3];         // from a voxel to the next, in the array of voxels
+    uint first_voxel;       // place of voxel (0, 0, 0) in that array
+    uint width;             // pixels
+    uint height;
+    uint views;
+    float millimetres[3][3]; // columns of index -> world
+    DrrTwofold step;        // slices per cell of the march
+    // A voxel's code is 8 * value + label. Its density is scale * min(8 value, kink[0] + kink[1] * 8 value).
+    float scale;            // g/cm^3
+    float kink[2];
+    uint reserved;
+};
+
+static_assert(sizeof(DrrBeam) == 312, "src/engine/gpu/wire.rs says the same");
+static_assert(sizeof(DrrLaunch) == 100, "src/engine/gpu/wire.rs says the same");
+
+#endif

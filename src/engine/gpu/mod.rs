@@ -1,0 +1,17 @@
+//! What the engines that run the kernel text share: the text and its definitions, the wire structs, voxels and tables as
+//! the kernel reads them.
+
+pub(crate) mod beam;
+mod definitions;
+mod program;
+mod spectra;
+mod text;
+mod voxels;
+pub(crate) mod wire;
+
+pub(crate) use definitions::{Definitions, Layout};
+pub(crate) use program::{Prepared, Views};
+pub(crate) use spectra::Spectra;
+#[cfg(feature = "host")]
+pub(crate) use text::HOST as HOST_TEXT;
+pub(crate) use voxels::{DeviceVoxels, Slab};

@@ -1,0 +1,111 @@
+//! A scene and a volume, ready for a kernel; and the views of a job.
+
+use std::sync::Arc;
+
+use crate::engine::gpu::beam::{beam, common_axis};
+use crate::engine::gpu::voxels::{Density, DeviceVoxels, FRAME};
+use crate::engine::gpu::wire::{Beam, Launch, columns};
+use crate::engine::gpu::{Definitions, Layout, Spectra};
+use crate::engine::{Layers, ViewJob};
+use crate::error::Result;
+use crate::physics::SpectralModel;
+use crate::plan::Plan;
+use crate::scene::{Algorithm, Scene};
+use crate::volume::Volume;
+
+/// What does not change from job to job.
+#[derive(Debug)]
+pub(crate) struct Prepared {
+    definitions: Definitions,
+    launch: Launch,
+    model: Arc<SpectralModel>,
+    bone: Option<u8>,
+    /// Width and height, pixels.
+    pub size: [usize; 2],
+    /// Materials of the scene.
+    pub materials: usize,
+    /// Rays per pixel.
+    pub rays_per_pixel: usize,
+}
+
+/// Some views of a job, as one launch takes them.
+#[derive(Debug)]
+pub(crate) struct Views {
+    pub launch: Launch,
+    pub beams: Vec<Beam>,
+    pub spectra: Spectra,
+    pub definitions: Definitions,
+}
+
+impl Prepared {
+    /// Of a scene and its plan; `voxels` are how the device holds `volume`.
+    pub(crate) fn new(
+        volume: &Volume,
+        voxels: &DeviceVoxels,
+        layout: Layout,
+        scene: &Scene,
+        plan: &Plan,
+    ) -> Result<Self> {
+        let materials = scene.materials.names().len();
+        let [width, height, _] = voxels.framed().map(|n| n as u32);
+        let stride = [1, width, width * height];
+        let mut launch = Launch {
+            dimensions: volume.grid().dimensions().map(|n| n as u32),
+            stride,
+            first_voxel: FRAME as u32 * stride.iter().sum::<u32>(),
+            width: scene.detector[0] as u32,
+            height: scene.detector[1] as u32,
+            millimetres: columns(volume.grid().index_to_world().matrix3),
+            step: 1.0.into(),
+            ..Launch::default()
+        };
+        if let Algorithm::March { step } = scene.algorithm {
+            launch.step = step.into();
+        }
+        // Of eight times the value, as codes have it.
+        match voxels.density() {
+            Some(Density::Line { slope }) => launch.scale = (slope / 8.0) as f32,
+            Some(Density::Kink { slope, intercept, upper_slope }) => {
+                launch.scale = (slope / 8.0) as f32;
+                launch.kink = [(8.0 * intercept / slope) as f32, (upper_slope / slope) as f32];
+            }
+            Some(Density::Table(_)) | None => {}
+        }
+        Ok(Self {
+            definitions: Definitions::of(plan, materials, voxels, layout),
+            launch,
+            model: Arc::new(scene.spectral_model()?),
+            bone: scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled),
+            size: scene.detector,
+            materials,
+            rays_per_pixel: scene.supersampling * scene.supersampling,
+        })
+    }
+
+    /// What a launch for some views takes.
+    pub(crate) fn views(&self, views: &[ViewJob], layers: Layers) -> Views {
+        // A truncated ray would be seen in every layer but the intensity and, walked on its own, the bone path.
+        let may_stop = !layers.line_integral && !layers.areal_density;
+        let lines: Vec<_> = views.iter().map(|view| view.beam.lines()).collect();
+        let mut spectra = Spectra::default();
+        let beams: Vec<_> = views
+            .iter()
+            .zip(&lines)
+            .map(|(view, lines)| {
+                let mut beam = beam(lines, view.early_exit && may_stop);
+                spectra.set(view.spectral.as_ref().unwrap_or(&self.model), &mut beam);
+                beam
+            })
+            .collect();
+        let early_exit = may_stop && views.iter().any(|view| view.early_exit);
+        let bone = self.bone.filter(|_| layers.bone_path);
+        // Without bone in the volume the layer is left as it is, 0.
+        let axis = common_axis(&lines, self.size);
+        Views {
+            launch: Launch { views: views.len() as u32, ..self.launch },
+            definitions: self.definitions.for_job(layers, bone, early_exit, axis),
+            beams,
+            spectra,
+        }
+    }
+}

@@ -1,0 +1,11 @@
+//! The kernel text, flattened for compilers that have no folder to include from. `build.rs` makes it of `shaders/`.
+
+/// For Metal.
+#[cfg_attr(not(target_vendor = "apple"), expect(dead_code, reason = "only Metal reads it"))]
+pub(crate) const METAL: &str = include_str!(concat!(env!("OUT_DIR"), "/drr.metal"));
+
+/// For NVIDIA's run-time compiler.
+pub(crate) const CUDA: &str = include_str!(concat!(env!("OUT_DIR"), "/drr.cu"));
+
+/// For a C++17 compiler of the host.
+pub(crate) const HOST: &str = include_str!(concat!(env!("OUT_DIR"), "/host.cpp"));

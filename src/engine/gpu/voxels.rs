@@ -1,0 +1,225 @@
+//! A volume's voxels as the kernel reads them: `shaders/voxels.h`.
+
+use rayon::prelude::*;
+
+use crate::allocation::filled;
+use crate::engine::gpu::Layout;
+use crate::error::{Error, Result};
+use crate::volume::{Volume, Voxel, Voxels};
+
+/// Voxels around the volume that repeat its outermost ones, so that interpolation needs no limits.
+pub(crate) const FRAME: usize = 1;
+
+/// Values of a code: 8 × value + label fits 15 bits.
+const VALUES: usize = 1 << 12;
+
+/// How a code's value becomes a density in g/cm³.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Density {
+    /// slope × value.
+    Line { slope: f64 },
+    /// The lower of slope × value and `intercept + upper_slope` × value.
+    Kink { slope: f64, intercept: f64, upper_slope: f64 },
+    /// By value.
+    Table(Vec<f32>),
+}
+
+/// How the voxels of one volume are given to a kernel.
+#[derive(Debug)]
+pub(crate) struct DeviceVoxels {
+    dimensions: [usize; 3],
+    stored: Stored,
+    /// Whether all voxels have the same label.
+    pub one_label: bool,
+}
+
+#[derive(Debug)]
+enum Stored {
+    Coded { density: Density, code: Vec<u16> },
+    Dense,
+}
+
+impl DeviceVoxels {
+    /// Decides how `volume` is stored.
+    ///
+    /// # Errors
+    /// `Unsupported` when the kernel cannot number so many voxels; `OutOfMemory`.
+    pub(crate) fn new(volume: &Volume) -> Result<Self> {
+        let dimensions = volume.grid().dimensions();
+        if dimensions.iter().map(|n| n + 2 * FRAME).product::<usize>() > u32::MAX as usize {
+            let text = format!("{dimensions:?} voxels are too many for GPU engines, which count to 2^32");
+            return Err(Error::Unsupported(text));
+        }
+        let stored = match volume.voxels() {
+            Voxels::Coded { table, .. } => {
+                let values = Values::of(volume, table);
+                Stored::Coded { density: values.density(), code: values.codes(table)? }
+            }
+            Voxels::Dense { .. } => Stored::Dense,
+        };
+        let one_label = volume.materials().iter().filter(|material| material.labelled).count() == 1;
+        Ok(Self { dimensions, stored, one_label })
+    }
+
+    /// How codes become densities; `None` when densities are stored.
+    pub(crate) fn density(&self) -> Option<&Density> {
+        match &self.stored {
+            Stored::Coded { density, .. } => Some(density),
+            Stored::Dense => None,
+        }
+    }
+
+    /// Where they are to be.
+    pub(crate) fn layout(&self) -> Layout {
+        match self.stored {
+            Stored::Coded { .. } => Layout::Coded,
+            Stored::Dense => Layout::Dense,
+        }
+    }
+
+    /// The table of densities; empty when the kernel needs none.
+    pub(crate) fn density_of_value(&self) -> &[f32] {
+        match self.density() {
+            Some(Density::Table(table)) => table,
+            _ => &[],
+        }
+    }
+
+    /// The device's code of each of the volume's, which are HU themselves when the volume was made without labels.
+    pub(crate) fn codes(&self) -> &[u16] {
+        match &self.stored {
+            Stored::Coded { code, .. } => code,
+            Stored::Dense => &[],
+        }
+    }
+
+    /// Voxels along each axis, frame included.
+    pub(crate) fn framed(&self) -> [usize; 3] {
+        self.dimensions.map(|n| n + 2 * FRAME)
+    }
+
+    /// Calls `take` with slices of the framed volume, several at a time: codes, or densities and labels.
+    pub(crate) fn slabs(
+        &self,
+        volume: &Volume,
+        mut take: impl FnMut(usize, Slab<'_>) -> Result<()>,
+    ) -> Result<()> {
+        /// Bytes made at a time, about.
+        const SLAB: usize = 64 << 20;
+        let [width, height, depth] = self.framed();
+        let slice = width * height;
+        let at_once = (SLAB / (4 * slice)).clamp(1, depth);
+        match (volume.voxels(), &self.stored) {
+            (Voxels::Coded { codes, .. }, Stored::Coded { code, .. }) => {
+                let mut slab = filled(at_once * slice, 0, "voxels on their way to the device")?;
+                for first in (0..depth).step_by(at_once) {
+                    let slab = &mut slab[..at_once.min(depth - first) * slice];
+                    self.frame(slab, first, |index| code[usize::from(codes[index])]);
+                    take(first * slice, Slab::Coded(slab))?;
+                }
+            }
+            (Voxels::Dense { density, label }, _) => {
+                let mut densities = filled(at_once * slice, 0.0, "densities on their way to the device")?;
+                let mut labels = filled(at_once * slice, 0, "labels on their way to the device")?;
+                for first in (0..depth).step_by(at_once) {
+                    let count = at_once.min(depth - first) * slice;
+                    self.frame(&mut densities[..count], first, |index| density[index]);
+                    self.frame(&mut labels[..count], first, |index| label[index]);
+                    take(first * slice, Slab::Dense(&densities[..count], &labels[..count]))?;
+                }
+            }
+            (Voxels::Coded { .. }, Stored::Dense) => unreachable!("made for this volume"),
+        }
+        Ok(())
+    }
+
+    /// Fills slices of the framed volume, from slice `first` on.
+    fn frame<T: Copy + Send>(&self, slab: &mut [T], first: usize, voxel: impl Fn(usize) -> T + Sync) {
+        let [n0, n1, n2] = self.dimensions;
+        let [width, height, _] = self.framed();
+        let inside = |framed: usize, n: usize| framed.saturating_sub(FRAME).min(n - 1);
+        slab.par_chunks_mut(width).enumerate().for_each(|(line, values)| {
+            let (j, k) = (inside(line % height, n1), inside(first + line / height, n2));
+            let start = (k * n1 + j) * n0;
+            for (i, value) in values.iter_mut().enumerate() {
+                *value = voxel(start + inside(i, n0));
+            }
+        });
+    }
+}
+
+/// Some slices of a framed volume.
+pub(crate) enum Slab<'a> {
+    /// Codes.
+    Coded(&'a [u16]),
+    /// Densities in g/cm³, and labels.
+    Dense(&'a [f32], &'a [u8]),
+}
+
+/// Value and density of every code that occurs.
+struct Values {
+    value: Vec<Option<u16>>,
+    density: Vec<Option<f64>>,
+}
+
+impl Values {
+    /// The value is the CT number from −1000 on; 0 is vacuum, so where −1000 HU has a density it starts at 1.
+    fn of(volume: &Volume, table: &[Voxel]) -> Self {
+        let occurring = |voxel: &Voxel| volume.materials()[usize::from(voxel.label)].labelled;
+        let hu = |code: usize| volume.hu_of(code as u16).clamp(-1000, 3071);
+        let first = table.iter().enumerate().any(|(code, voxel)| hu(code) == -1000 && voxel.density > 0.0);
+        let mut values = Self { value: vec![None; table.len()], density: vec![None; VALUES] };
+        for (code, voxel) in table.iter().enumerate().filter(|(_, voxel)| occurring(voxel)) {
+            let value = if voxel.density > 0.0 { hu(code) + 1000 + i32::from(first) } else { 0 };
+            values.value[code] = Some(value as u16);
+            values.density[value as usize] = Some(voxel.density);
+        }
+        values
+    }
+
+    /// The device's codes.
+    fn codes(&self, table: &[Voxel]) -> Result<Vec<u16>> {
+        let mut codes = filled(table.len(), 0, "the table of codes")?;
+        for ((code, value), voxel) in codes.iter_mut().zip(&self.value).zip(table) {
+            *code = 8 * value.unwrap_or(0) + u16::from(voxel.label);
+        }
+        Ok(codes)
+    }
+
+    /// One line or two when they say the same as the table, which costs a read per voxel.
+    fn density(&self) -> Density {
+        /// What float64 makes of a calibration's line.
+        const ROUNDING: f64 = 1e-10;
+        let points =
+            self.density.iter().enumerate().filter_map(|(value, &density)| Some((value as f64, density?)));
+        let points: Vec<(f64, f64)> = points.filter(|&(value, _)| value > 0.0).collect();
+        let [(first, lowest), .., (before, lower), (last, highest)] = points[..] else {
+            let slope = points.last().map_or(0.0, |(value, density)| density / value);
+            return Self::checked(Density::Line { slope }, &points, |value| slope * value, ROUNDING)
+                .unwrap_or_else(|| self.table());
+        };
+        let slope = lowest / first;
+        let upper_slope = (highest - lower) / (last - before);
+        let intercept = highest - upper_slope * last;
+        let line = |value: f64| slope * value;
+        let kink = |value: f64| (slope * value).min(intercept + upper_slope * value);
+        Self::checked(Density::Line { slope }, &points, line, ROUNDING)
+            .or_else(|| {
+                Self::checked(Density::Kink { slope, intercept, upper_slope }, &points, kink, ROUNDING)
+            })
+            .unwrap_or_else(|| self.table())
+    }
+
+    fn checked(
+        density: Density,
+        points: &[(f64, f64)],
+        of: impl Fn(f64) -> f64,
+        rounding: f64,
+    ) -> Option<Density> {
+        points.iter().all(|&(value, exact)| (of(value) - exact).abs() <= rounding * exact).then_some(density)
+    }
+
+    fn table(&self) -> Density {
+        Density::Table(self.density.iter().map(|density| density.unwrap_or(0.0) as f32).collect())
+    }
+}

@@ -1,0 +1,113 @@
+//! What the host tells the kernel: `shaders/wire.h`, byte for byte.
+
+use glam::{DMat3, DVec3};
+
+use crate::raycast::Even;
+
+/// A number as an unevaluated sum of two float32: 48 bits.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C)]
+pub(crate) struct Twofold {
+    high: f32,
+    low: f32,
+}
+
+impl From<f64> for Twofold {
+    fn from(x: f64) -> Self {
+        let high = x as f32;
+        Self { high, low: (x - f64::from(high)) as f32 }
+    }
+}
+
+impl Twofold {
+    /// a − b, exact before it is rounded to 48 bits.
+    pub(super) fn difference(a: f64, b: f64) -> Self {
+        let sum = a - b;
+        let of_b = a - sum;
+        let lost = (a - (sum + of_b)) + (of_b - b);
+        let high = sum as f32;
+        Self { high, low: ((sum - f64::from(high)) + lost) as f32 }
+    }
+}
+
+/// A number that changes evenly from pixel to pixel: `constant + column·i + row·j`.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C)]
+pub(crate) struct Affine {
+    constant: Twofold,
+    column: Twofold,
+    row: Twofold,
+}
+
+impl Affine {
+    /// The three components of a vector that changes evenly, relative to `origin`.
+    pub(super) fn relative(vector: &Even, origin: DVec3) -> [Self; 3] {
+        [0, 1, 2].map(|axis| Self {
+            constant: Twofold::difference(vector.constant[axis], origin[axis]),
+            column: vector.column[axis].into(),
+            row: vector.row[axis].into(),
+        })
+    }
+
+    /// The three components of a vector that changes evenly.
+    pub(super) fn of(vector: &Even) -> [Self; 3] {
+        Self::relative(vector, DVec3::ZERO)
+    }
+}
+
+/// `anchor` is a point of the ray.
+pub(super) const ANCHOR_POINT: u32 = 0;
+/// `anchor` is point × direction, the same for all points of the ray.
+pub(super) const ANCHOR_MOMENT: u32 = 1;
+/// The ray starts at the source.
+pub(super) const ENDS_AT_SOURCE: u32 = 1;
+/// The ray ends at the pixel.
+pub(super) const ENDS_AT_PIXEL: u32 = 2;
+
+/// All rays of one view, in voxel-index space, relative to the centre of the volume.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C)]
+pub(crate) struct Beam {
+    pub(super) direction: [Affine; 3],
+    pub(super) anchor: [Affine; 3],
+    pub(super) pixel: [Affine; 3],
+    pub(super) source: [Twofold; 3],
+    pub(super) anchor_kind: u32,
+    pub(super) ends: u32,
+    pub(super) early_exit: u32,
+    pub(super) bins: u32,
+    pub(super) first_weight: u32,
+    pub(super) first_attenuation: u32,
+    pub(super) i0: f32,
+    pub(super) reserved: f32,
+    pub(super) weight_sum: Twofold,
+    pub(super) least_attenuation: [f32; 8],
+}
+
+/// The volume, the detector and the method.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C)]
+pub(crate) struct Launch {
+    pub(super) dimensions: [u32; 3],
+    pub(super) stride: [u32; 3],
+    pub(super) first_voxel: u32,
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) views: u32,
+    pub(super) millimetres: [[f32; 3]; 3],
+    pub(super) step: Twofold,
+    pub(super) scale: f32,
+    pub(super) kink: [f32; 2],
+    pub(super) reserved: u32,
+}
+
+const _: () = {
+    assert!(size_of::<Twofold>() == 8 && size_of::<Affine>() == 24);
+    assert!(size_of::<Beam>() == 312 && align_of::<Beam>() == 4);
+    assert!(size_of::<Launch>() == 100 && align_of::<Launch>() == 4);
+};
+
+/// The columns of a matrix in float32.
+pub(super) fn columns(matrix: DMat3) -> [[f32; 3]; 3] {
+    matrix.to_cols_array_2d().map(|column| column.map(|x| x as f32))
+}

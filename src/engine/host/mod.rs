@@ -1,0 +1,112 @@
+//! The kernel text as host code: the very lines that a GPU runs, compiled by this machine's C++ compiler.
+#![allow(unsafe_code, reason = "calls what a C++ compiler made")]
+
+mod program;
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::allocation::filled;
+use crate::engine::gpu::{DeviceVoxels, Layout, Prepared, Slab, Views};
+use crate::engine::{Engine, Images, Job};
+use crate::error::Result;
+use crate::plan::Plan;
+use crate::scene::Scene;
+use crate::volume::Volume;
+use program::{HostImages, HostSpectra, HostVoxels, Program};
+
+/// The kernel on the host, ready for one scene and one volume.
+pub struct Host {
+    prepared: Prepared,
+    voxels: Stored,
+    density_of_value: Vec<f32>,
+}
+
+/// The volume as the kernel reads it.
+enum Stored {
+    Coded(Vec<u16>),
+    Dense(Vec<f32>, Vec<u8>),
+}
+
+impl Host {
+    /// Ready to project `volume` as `scene` and `plan` say.
+    ///
+    /// # Errors
+    /// `Unsupported` for a volume that is too large; `OutOfMemory`.
+    pub fn new(volume: &Volume, scene: &Scene, plan: &Plan) -> Result<Self> {
+        let voxels = DeviceVoxels::new(volume)?;
+        let count = voxels.framed().iter().product();
+        let coded = voxels.layout() == Layout::Coded;
+        let mut stored = if coded {
+            Stored::Coded(filled(count, 0, "the kernel's voxels")?)
+        } else {
+            Stored::Dense(
+                filled(count, 0.0, "the kernel's densities")?,
+                filled(count, 0, "the kernel's labels")?,
+            )
+        };
+        voxels.slabs(volume, |first, slab| {
+            match (&mut stored, slab) {
+                (Stored::Coded(all), Slab::Coded(codes)) => {
+                    all[first..first + codes.len()].copy_from_slice(codes)
+                }
+                (Stored::Dense(densities, labels), Slab::Dense(density, label)) => {
+                    densities[first..first + density.len()].copy_from_slice(density);
+                    labels[first..first + label.len()].copy_from_slice(label);
+                }
+                _ => unreachable!("slabs are laid out as the voxels say"),
+            }
+            Ok(())
+        })?;
+        Ok(Self {
+            prepared: Prepared::new(volume, &voxels, voxels.layout(), scene, plan)?,
+            voxels: stored,
+            density_of_value: voxels.density_of_value().to_vec(),
+        })
+    }
+}
+
+impl Engine for Host {
+    fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
+        let [width, height] = self.prepared.size;
+        let views = self.prepared.views(job.views, job.layers);
+        let program = Program::of(&views.definitions)?;
+        let mut images =
+            Images::zeroed([width, height], job.views.len(), self.prepared.materials, job.layers)?;
+        let call = Call { engine: self, program, views: &views, images: HostImages::of(&mut images) };
+        (0..job.views.len() * height).into_par_iter().try_for_each(|row| {
+            call.row(row / height, row % height);
+            job.progress.finished(width * self.prepared.rays_per_pixel)
+        })?;
+        Ok(images)
+    }
+}
+
+/// What one call of the kernel reads and writes.
+struct Call<'a> {
+    engine: &'a Host,
+    program: Arc<Program>,
+    views: &'a Views,
+    images: HostImages,
+}
+
+impl Call<'_> {
+    fn row(&self, view: usize, row: usize) {
+        let spectra = HostSpectra {
+            weight: self.views.spectra.weights.as_ptr(),
+            attenuation: self.views.spectra.attenuation.as_ptr(),
+        };
+        let table = self.engine.density_of_value.as_ptr();
+        let voxels = match &self.engine.voxels {
+            Stored::Coded(codes) => HostVoxels { first: codes.as_ptr().cast(), second: table.cast() },
+            Stored::Dense(density, label) => {
+                HostVoxels { first: density.as_ptr().cast(), second: label.as_ptr().cast() }
+            }
+        };
+        // SAFETY: the arrays are as long as the launch says, and outlive the call; a row is written by one call only.
+        unsafe {
+            self.program.project_row(self.views, &voxels, &spectra, &self.images, view as u32, row as u32)
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! One kernel: the text with its definitions, compiled to a shared library and loaded.
+
+use std::collections::HashMap;
+use std::ffi::c_void;
+use std::io::Write as _;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+
+use libloading::Library;
+
+use crate::engine::Images;
+use crate::engine::gpu::wire::{Beam, Launch};
+use crate::engine::gpu::{Definitions, HOST_TEXT, Views};
+use crate::error::{Error, Result};
+
+/// `DrrVoxels`: codes and, if it has one, the table; or densities and labels.
+#[repr(C)]
+pub(super) struct HostVoxels {
+    pub(super) first: *const c_void,
+    pub(super) second: *const c_void,
+}
+
+/// `DrrSpectra`.
+#[repr(C)]
+pub(super) struct HostSpectra {
+    pub(super) weight: *const f32,
+    pub(super) attenuation: *const f32,
+}
+
+/// `DrrImages`.
+#[repr(C)]
+pub(super) struct HostImages {
+    intensity: *mut f32,
+    line_integral: *mut f32,
+    areal_density: *mut f32,
+    bone_path: *mut f32,
+}
+
+// SAFETY: places in images that outlive the calls, each of which writes rows of its own.
+unsafe impl Sync for HostImages {}
+
+impl HostImages {
+    pub(super) fn of(images: &mut Images<f32>) -> Self {
+        Self {
+            intensity: images.intensity.as_mut_ptr(),
+            line_integral: images.line_integral.as_mut_ptr(),
+            areal_density: images.areal_density.as_mut_ptr(),
+            bone_path: images.bone_path.as_mut_ptr(),
+        }
+    }
+}
+
+/// The kernel's entry point, `shaders/host.cpp`.
+type Project = unsafe extern "C" fn(
+    *const Launch,
+    *const Beam,
+    *const HostVoxels,
+    *const HostSpectra,
+    *const HostImages,
+    u32,
+    u32,
+);
+
+/// A loaded kernel.
+pub(super) struct Program {
+    project: Project,
+    _library: Library,
+}
+
+/// Compiling takes a second, and projectors of a process share their kernels.
+static PROGRAMS: LazyLock<Mutex<HashMap<Definitions, Arc<Program>>>> = LazyLock::new(Mutex::default);
+
+impl Program {
+    /// The kernel of these definitions, compiled if it is new.
+    ///
+    /// # Errors
+    /// `Unsupported`, with the compiler's words, when there is no C++17 compiler or it fails.
+    pub(super) fn of(definitions: &Definitions) -> Result<Arc<Self>> {
+        let mut programs = PROGRAMS.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(program) = programs.get(definitions) {
+            return Ok(program.clone());
+        }
+        let program = Arc::new(Self::compiled(definitions)?);
+        programs.insert(definitions.clone(), program.clone());
+        Ok(program)
+    }
+
+    fn compiled(definitions: &Definitions) -> Result<Self> {
+        let failed =
+            |error: &dyn std::fmt::Display| Error::Unsupported(format!("the host's kernel: {error}"));
+        let folder = tempfile::tempdir().map_err(|error| failed(&error))?;
+        let path = folder.path().join("kernel");
+        compile(definitions, &path)?;
+        // SAFETY: the library was compiled from our text a moment ago, and has no initialisers.
+        let library = unsafe { Library::new(&path) }.map_err(|error| failed(&error))?;
+        // SAFETY: `shaders/host.cpp` defines it with this signature.
+        let project = unsafe { library.get::<Project>(c"projectPolyenergeticDRR") };
+        let project = *project.map_err(|error| failed(&error))?;
+        Ok(Self { project, _library: library })
+    }
+
+    /// Projects one row of one view.
+    ///
+    /// # Safety
+    /// Voxels, tables and images are as long as the views' launch says; nobody else reads or writes that row.
+    pub(super) unsafe fn project_row(
+        &self,
+        views: &Views,
+        voxels: &HostVoxels,
+        spectra: &HostSpectra,
+        images: &HostImages,
+        view: u32,
+        row: u32,
+    ) {
+        // SAFETY: by the caller's promise; the kernel was compiled for these views' definitions.
+        unsafe {
+            (self.project)(&raw const views.launch, views.beams.as_ptr(), voxels, spectra, images, view, row)
+        }
+    }
+}
+
+/// Compiles the text to a shared library at `path`.
+fn compile(definitions: &Definitions, path: &Path) -> Result<()> {
+    let compiler = std::env::var_os("CXX").unwrap_or_else(|| "c++".into());
+    let mut command = Command::new(&compiler);
+    command.args(["-x", "c++", "-std=c++17", "-O1", "-ffp-contract=off", "-shared", "-fPIC"]);
+    // With the machine's own instruction for fused multiply-add, where a compiler knows it by this name.
+    #[cfg(target_arch = "x86_64")]
+    command.arg("-march=native");
+    command.args(definitions.iter().map(|(name, value)| format!("-D{name}={value}")));
+    command.arg("-o").arg(path).arg("-");
+    let failed = |error: &dyn std::fmt::Display| {
+        let text = format!("the host's kernel needs a C++17 compiler; {}: {error}", compiler.display());
+        Error::Unsupported(text)
+    };
+    let child = command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn();
+    let mut child = child.map_err(|error| failed(&error))?;
+    if let Some(mut input) = child.stdin.take() {
+        // A compiler that stops reading says why.
+        let _ = input.write_all(HOST_TEXT.as_bytes());
+    }
+    let output = child.wait_with_output().map_err(|error| failed(&error))?;
+    if output.status.success() { Ok(()) } else { Err(failed(&String::from_utf8_lossy(&output.stderr))) }
+}
