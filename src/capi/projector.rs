@@ -124,6 +124,7 @@ pub unsafe extern "C" fn drr_projector_project(
             view: View::Projection(view.into()),
             early_exit: view.enableEarlyExit.get(),
             spectral: tables.model(value, view)?,
+            lut_addresses: [0, 0],
         })
     };
     // SAFETY: the C caller's promises are the same.

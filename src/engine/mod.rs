@@ -1,21 +1,30 @@
 //! Engines execute a plan. They share the plan and the rays, and nothing else.
 
 pub mod cpu;
+mod device;
+mod encode;
 mod gpu;
 #[cfg(feature = "host")]
 pub mod host;
 mod images;
+#[cfg(target_vendor = "apple")]
+pub mod metal;
 mod progress;
 pub mod reference;
 
+use std::ffi::c_void;
 use std::sync::Arc;
 
+pub(crate) use device::Device;
+pub use encode::DeviceOutputs;
 pub use images::{Images, Layers};
 pub use progress::{Progress, Report, SILENT};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::physics::SpectralModel;
 use crate::raycast::Beam;
+use crate::shared::DrrAddress;
+use crate::volume::{Volume, Voxels};
 
 /// Which engine runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -48,6 +57,19 @@ impl Backend {
             Self::Metal => "metal",
         }
     }
+
+    /// # Errors
+    /// `Unsupported` when the volume is where this engine cannot read it.
+    pub(crate) fn check_reads(self, volume: &Volume) -> Result<()> {
+        match volume.voxels() {
+            Voxels::Texture { .. } if self != Self::Metal => {
+                let text =
+                    format!("the volume is in a texture, which the engine {} cannot read", self.name());
+                Err(Error::Unsupported(text))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// One view of a job.
@@ -60,6 +82,9 @@ pub struct ViewJob {
     pub early_exit: bool,
     /// Spectral tables of this view alone, instead of the scene's.
     pub spectral: Option<Arc<SpectralModel>>,
+    /// Where an engine's GPU finds tables of this view alone, as in [`ProjectionUniforms`](crate::shared): spectrum,
+    /// mass attenuation; 0: the scene's.
+    pub lut_addresses: [DrrAddress; 2],
 }
 
 /// What an engine is asked to do.
@@ -79,4 +104,18 @@ pub trait Engine: Send + Sync {
     /// # Errors
     /// `Cancelled` once the job's progress says so: each thread finishes at most one more piece of work; `OutOfMemory`.
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>>;
+
+    /// Puts the job's work into the caller's queue, without starting or awaiting it, and leaves the layers where
+    /// `outputs` says. The job's progress hears nothing.
+    ///
+    /// # Errors
+    /// `Unsupported` on engines whose memory is the host's; what the engine's own description says.
+    ///
+    /// # Safety
+    /// `queue` and what `outputs` points to are objects of the engine's GPU, as the engine describes them.
+    #[allow(unsafe_code, reason = "a queue and memory that Rust knows nothing of")]
+    unsafe fn encode(&self, job: &Job<'_>, queue: *mut c_void, outputs: &DeviceOutputs) -> Result<()> {
+        let _ = (job, queue, outputs);
+        Err(Error::Unsupported("only engines on a GPU put work into a queue of the caller's".into()))
+    }
 }

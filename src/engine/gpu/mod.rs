@@ -14,4 +14,6 @@ pub(crate) use program::{Prepared, Views};
 pub(crate) use spectra::Spectra;
 #[cfg(feature = "host")]
 pub(crate) use text::HOST as HOST_TEXT;
+#[cfg(target_vendor = "apple")]
+pub(crate) use text::METAL as METAL_TEXT;
 pub(crate) use voxels::{DeviceVoxels, Slab};

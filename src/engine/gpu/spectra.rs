@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::engine::gpu::wire::Beam;
 use crate::physics::SpectralModel;
+use crate::scene::Scene;
 
 /// The tables of all views, one after the other; views that share a model share its tables.
 #[derive(Debug, Default)]
@@ -13,6 +14,22 @@ pub(crate) struct Spectra {
     pub weights: Vec<f32>,
     /// Mass attenuation by material and energy, cm²/g.
     pub attenuation: Vec<f32>,
+}
+
+/// A scene's tables with all energies, also those without weight, and the weights as they are given: what the tables that
+/// a view has in the device's memory replace.
+#[derive(Debug)]
+pub(super) struct WholeTables {
+    weights: Vec<f32>,
+    attenuation: Vec<f32>,
+}
+
+impl WholeTables {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let float32 = |values: &[f64]| -> Vec<f32> { values.iter().map(|&value| value as f32).collect() };
+        let rows = (0..scene.materials.names().len()).map(|m| float32(scene.materials.coefficients(m)));
+        Self { weights: float32(scene.spectrum.weights()), attenuation: rows.flatten().collect() }
+    }
 }
 
 /// Where a model's tables begin.
@@ -36,6 +53,16 @@ impl Spectra {
         for m in 0..model.materials() {
             beam.least_attenuation[m] = model.least_attenuation(m) as f32;
         }
+    }
+
+    /// Makes room for the tables that a view has in the device's memory, where `shaders/tables.h` prepares them.
+    pub(super) fn make_room(&mut self, tables: &WholeTables, beam: &mut Beam) {
+        beam.bins = tables.weights.len() as u32;
+        beam.first_weight = self.weights.len() as u32;
+        beam.first_attenuation = self.attenuation.len() as u32;
+        // Twice: logarithms follow.
+        self.weights.extend(tables.weights.iter().chain(&tables.weights));
+        self.attenuation.extend(&tables.attenuation);
     }
 
     fn place(&mut self, model: &Arc<SpectralModel>) -> Place {

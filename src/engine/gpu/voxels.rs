@@ -29,6 +29,7 @@ pub(crate) enum Density {
 pub(crate) struct DeviceVoxels {
     dimensions: [usize; 3],
     stored: Stored,
+    layout: Layout,
     /// Whether all voxels have the same label.
     pub one_label: bool,
 }
@@ -51,14 +52,19 @@ impl DeviceVoxels {
             return Err(Error::Unsupported(text));
         }
         let stored = match volume.voxels() {
-            Voxels::Coded { table, .. } => {
+            Voxels::Coded { table, .. } | Voxels::Texture { table, .. } => {
                 let values = Values::of(volume, table);
                 Stored::Coded { density: values.density(), code: values.codes(table)? }
             }
             Voxels::Dense { .. } => Stored::Dense,
         };
+        let layout = match volume.voxels() {
+            Voxels::Coded { .. } => Layout::Coded,
+            Voxels::Dense { .. } => Layout::Dense,
+            Voxels::Texture { .. } => Layout::Texture,
+        };
         let one_label = volume.materials().iter().filter(|material| material.labelled).count() == 1;
-        Ok(Self { dimensions, stored, one_label })
+        Ok(Self { dimensions, stored, layout, one_label })
     }
 
     /// How codes become densities; `None` when densities are stored.
@@ -71,10 +77,7 @@ impl DeviceVoxels {
 
     /// Where they are to be.
     pub(crate) fn layout(&self) -> Layout {
-        match self.stored {
-            Stored::Coded { .. } => Layout::Coded,
-            Stored::Dense => Layout::Dense,
-        }
+        self.layout
     }
 
     /// The table of densities; empty when the kernel needs none.
@@ -85,11 +88,16 @@ impl DeviceVoxels {
         }
     }
 
-    /// The device's code of each of the volume's, which are HU themselves when the volume was made without labels.
-    pub(crate) fn codes(&self) -> &[u16] {
+    /// The device's code of each HU of a texture, by the HU's bits.
+    #[cfg_attr(
+        not(target_vendor = "apple"),
+        expect(dead_code, reason = "textures of the caller's are Metal's")
+    )]
+    pub(crate) fn codes_of_hu(&self) -> Vec<u16> {
         match &self.stored {
-            Stored::Coded { code, .. } => code,
-            Stored::Dense => &[],
+            // The volume's codes are HU in ascending order.
+            Stored::Coded { code, .. } => [&code[1 << 15..], &code[..1 << 15]].concat(),
+            Stored::Dense => Vec::new(),
         }
     }
 
@@ -98,7 +106,8 @@ impl DeviceVoxels {
         self.dimensions.map(|n| n + 2 * FRAME)
     }
 
-    /// Calls `take` with slices of the framed volume, several at a time: codes, or densities and labels.
+    /// Calls `take` with slices of the framed volume, several at a time: codes, or densities and labels. What is in a
+    /// texture stays there.
     pub(crate) fn slabs(
         &self,
         volume: &Volume,
@@ -128,6 +137,7 @@ impl DeviceVoxels {
                     take(first * slice, Slab::Dense(&densities[..count], &labels[..count]))?;
                 }
             }
+            (Voxels::Texture { .. }, _) => {}
             (Voxels::Coded { .. }, Stored::Dense) => unreachable!("made for this volume"),
         }
         Ok(())
