@@ -31,7 +31,7 @@ typedef struct Pointees {
 
 /* One member per parameter name of the header; functions read those that they have. */
 typedef struct Given {
-    void *options, *context, *descriptor, *hu, *labels, *volume, *scene, *projector, *centre, *pose, *uniforms, *views,
+    void *options, *context, *descriptor, *hu, *labels, *texture, *volume, *scene, *projector, *centre, *pose, *uniforms, *views,
         *poses, *outputs, *weights, *coefficients, *factors;
     const char *name;
     double angle_degrees, source_axis_mm, source_detector_mm, pixel_mm, first_energy_kev, energy_step_kev;
@@ -44,7 +44,7 @@ static Given given;
 
 /* Live handles. */
 static struct Handles {
-    DrrContext *context;
+    DrrContext *context, *on_host;
     DrrVolume *volume, *adipose;
     DrrProjector *projector, *boneless, *monoenergetic, *unstepped, *vast;
 } live;
@@ -128,6 +128,8 @@ static inline void good(Given *g) {
 static inline int create_live_handles(void) {
     OK(drr_context_create(NULL, &live.context));
     good(&given);
+    given.to.options.backend = DRR_BACKEND_CPU;
+    OK(drr_context_create(&given.to.options, &live.on_host));
     DrrVolumeDescriptor *descriptor = &given.to.descriptor;
     DrrScene *scene = &given.to.scene;
     OK(drr_volume_create(live.context, descriptor, given.to.hu, NULL, &live.volume));
@@ -149,6 +151,7 @@ static inline int create_live_handles(void) {
 static inline int destroy_live_handles(void) {
     OK(drr_projector_destroy(live.vast));
     OK(drr_projector_destroy(live.boneless));
+    OK(drr_context_destroy(live.on_host));
     OK(drr_projector_destroy(live.monoenergetic));
     OK(drr_projector_destroy(live.unstepped));
     OK(drr_projector_destroy(live.projector));

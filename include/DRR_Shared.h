@@ -279,6 +279,24 @@ DrrStatus drr_volume_create_float32(const DrrContext *context,
 /// Gives a volume up; its projectors stay valid. NULL is nothing. As drr_context_destroy.
 DrrStatus drr_volume_destroy(struct DrrVolume *volume);
 
+/// Makes a volume of the int16 CT numbers in a texture of Metal's, which are read where they are: nothing is copied.
+///
+/// `context` must be of DRR_BACKEND_METAL. `texture` is an id<MTLTexture> of its GPU: MTLTextureType3D,
+/// MTLPixelFormatR16Sint, usage with MTLTextureUsageShaderRead, as large as descriptor->dimensions; texel (i, j, k) is
+/// voxel (i, j, k), and the descriptor's thresholds decide what it is made of. The volume retains it. Its texels may be
+/// written before and after, but not while a call or a command buffer projects the volume; nothing but Metal orders the
+/// two. What the volume holds is not looked at: every material of the thresholds is taken to occur, so a scene must have
+/// them all.
+///
+/// On success `*volume` is a new handle, to be given to drr_volume_destroy; on failure `*volume` is left as it is. Fails
+/// with DRR_STATUS_INVALID_ARGUMENT; with DRR_STATUS_UNSUPPORTED when the context has another engine, as it has
+/// everywhere but on Apple's systems; with DRR_STATUS_OUT_OF_MEMORY. drr_reference_project cannot read such a volume and
+/// fails with DRR_STATUS_UNSUPPORTED. Any thread.
+DrrStatus drr_volume_create_metal_texture(const DrrContext *context,
+                                          const DrrVolumeDescriptor *descriptor,
+                                          void *texture,
+                                          DrrVolume **volume);
+
 /// What a scene simulates: DRR_EFFECT bits. Unknown bits are refused.
 typedef uint32_t DrrEffects;
 
@@ -479,7 +497,9 @@ const char *drr_projector_describe(const struct DrrProjector *projector);
 /// source, or full lines for a parallel beam: no detector ends them.
 ///
 /// `views` and the tables behind their LUT addresses are only read during the call; on engines of the CPU an
-/// address is a host pointer, aligned to 4 bytes. The values there are checked, the address itself cannot be.
+/// address is a host pointer, aligned to 4 bytes. The values there are checked, the address itself cannot be. On Metal
+/// an address is a GPU virtual address, and nothing there is checked; a command buffer reads only what has been made
+/// resident for it, so such views need a command buffer of the caller's, and are DRR_STATUS_UNSUPPORTED here.
 /// Tables of a view need DRR_EFFECT_POLYENERGETIC; a view's spectrum is used as it is, without the scene's detector
 /// response. With enableEarlyExit the intensity may differ by exp(-15) of I0; where other images are asked for that
 /// would change too, rays are not stopped.

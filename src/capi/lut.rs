@@ -7,8 +7,11 @@ use crate::allocation::refused;
 use crate::capi::memory;
 use crate::capi::projector::ProjectorValue;
 use crate::capi::scene::{material_names, widened};
+use crate::engine::Backend;
 use crate::error::{Error, Result};
+use crate::geometry::View;
 use crate::physics::{EnergyGrid, MassAttenuation, SpectralModel, Spectrum};
+use crate::projector::ViewRequest;
 use crate::scene::check_i0;
 use crate::shared::{DrrAddress, ProjectionUniforms};
 
@@ -17,12 +20,34 @@ use crate::shared::{DrrAddress, ProjectionUniforms};
 pub(super) struct Tables(HashMap<[DrrAddress; 2], Arc<SpectralModel>>);
 
 impl Tables {
+    /// What a view asks for, its tables read or, on Metal, left to the GPU.
+    ///
+    /// # Safety
+    /// As for [`Tables::model`], unless the engine is Metal's.
+    pub(super) unsafe fn request(
+        &mut self,
+        projector: &ProjectorValue,
+        view: &ProjectionUniforms,
+    ) -> Result<ViewRequest> {
+        let mut request = ViewRequest::from(View::Projection(view.into()));
+        request.early_exit = view.enableEarlyExit.get();
+        let addresses = [view.spectrumLutAddress, view.muLutAddress];
+        if projector.projector.plan().engine == Backend::Metal {
+            check_polyenergetic(projector, addresses)?;
+            request.lut_addresses = addresses;
+        } else {
+            // SAFETY: the caller's promise is the same.
+            request.spectral = unsafe { self.model(projector, view)? };
+        }
+        Ok(request)
+    }
+
     /// The view's own spectral model; `None` when both addresses are 0.
     ///
     /// # Safety
     /// An address that is not 0 is a host pointer to as many floats as the uniforms' description says, which nobody
     /// writes as long as `self` lives.
-    pub(super) unsafe fn model(
+    unsafe fn model(
         &mut self,
         projector: &ProjectorValue,
         view: &ProjectionUniforms,
@@ -48,15 +73,7 @@ impl Tables {
 /// # Safety
 /// As for [`Tables::model`].
 unsafe fn read(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> Result<SpectralModel> {
-    if !projector.polyenergetic {
-        let argument = if spectrum == 0 { "muLutAddress" } else { "spectrumLutAddress" };
-        let value = format!("{:#x}", spectrum.max(mu));
-        return Err(Error::invalid(
-            argument,
-            value,
-            "0, because the scene is without DRR_EFFECT_POLYENERGETIC",
-        ));
-    }
+    check_polyenergetic(projector, [spectrum, mu])?;
     let scene = projector.projector.scene();
     let energies = *scene.spectrum.grid();
     let materials = scene.materials.names().len();
@@ -74,6 +91,15 @@ unsafe fn read(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> R
         .map_err(|error| error.called("mass_attenuation", "muLutAddress"))?;
     let spectrum = own_spectrum.as_ref().unwrap_or(&scene.spectrum);
     SpectralModel::new(spectrum, own_materials.as_ref().unwrap_or(&scene.materials))
+}
+
+fn check_polyenergetic(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> Result<()> {
+    if projector.polyenergetic || [spectrum, mu] == [0, 0] {
+        return Ok(());
+    }
+    let argument = if spectrum == 0 { "muLutAddress" } else { "spectrumLutAddress" };
+    let value = format!("{:#x}", spectrum.max(mu));
+    Err(Error::invalid(argument, value, "0, because the scene is without DRR_EFFECT_POLYENERGETIC"))
 }
 
 fn own_spectrum(energies: EnergyGrid, weights: Vec<f64>) -> Result<Spectrum> {

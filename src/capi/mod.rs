@@ -19,6 +19,7 @@ mod progress;
 
 pub mod context;
 pub mod geometry;
+pub mod metal;
 pub mod outputs;
 pub mod physics;
 pub mod projector;

@@ -101,7 +101,9 @@ pub unsafe extern "C" fn drr_projector_describe(projector: *const DrrProjector) 
 /// source, or full lines for a parallel beam: no detector ends them.
 ///
 /// `views` and the tables behind their LUT addresses are only read during the call; on engines of the CPU an
-/// address is a host pointer, aligned to 4 bytes. The values there are checked, the address itself cannot be.
+/// address is a host pointer, aligned to 4 bytes. The values there are checked, the address itself cannot be. On Metal
+/// an address is a GPU virtual address, and nothing there is checked; a command buffer reads only what has been made
+/// resident for it, so such views need a command buffer of the caller's, and are DRR_STATUS_UNSUPPORTED here.
 /// Tables of a view need DRR_EFFECT_POLYENERGETIC; a view's spectrum is used as it is, without the scene's detector
 /// response. With enableEarlyExit the intensity may differ by exp(-15) of I0; where other images are asked for that
 /// would change too, rays are not stopped.
@@ -119,14 +121,7 @@ pub unsafe extern "C" fn drr_projector_project(
 ) -> DrrStatus {
     let mut tables = Tables::default();
     // SAFETY: a view's tables are the C caller's, as described, and stay as they are during the call.
-    let request = |value: &ProjectorValue, view: &ProjectionUniforms| unsafe {
-        Ok(ViewRequest {
-            view: View::Projection(view.into()),
-            early_exit: view.enableEarlyExit.get(),
-            spectral: tables.model(value, view)?,
-            lut_addresses: [0, 0],
-        })
-    };
+    let request = |value: &ProjectorValue, view: &ProjectionUniforms| unsafe { tables.request(value, view) };
     // SAFETY: the C caller's promises are the same.
     guard(|| unsafe { project(projector, "views", views, view_count, outputs, request) })
 }
