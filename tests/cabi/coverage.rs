@@ -141,6 +141,11 @@ impl Header {
     }
 }
 
+/// The names of a header's functions.
+pub(super) fn functions(header: &str) -> impl Iterator<Item = String> {
+    Header::parse(header).functions.into_keys()
+}
+
 /// A function's name and parameters.
 fn function(statement: &str) -> Option<(String, Vec<Declared>)> {
     let start = statement.find("drr_")?;
