@@ -31,6 +31,9 @@ DRR_FUNCTION float drr_float_of_bits(uint bits) { return as_type<float>(bits); }
 DRR_FUNCTION uint drr_bits_of_float(float x) { return as_type<uint>(x); }
 // Whether any thread that runs beside this one says so. Decides what is faster, never what is computed.
 DRR_FUNCTION bool drr_any(bool here) { return metal::simd_any(here); }
+// Reads what no thread writes.
+template <typename T>
+DRR_FUNCTION T drr_load(const device T *place) { return *place; }
 
 #elif defined(__CUDACC__) || defined(__CUDACC_RTC__)
 
@@ -56,6 +59,8 @@ DRR_FUNCTION float drr_log(float x) { return logf(x); }
 DRR_FUNCTION float drr_float_of_bits(uint bits) { return __uint_as_float(bits); }
 DRR_FUNCTION uint drr_bits_of_float(float x) { return __float_as_uint(x); }
 DRR_FUNCTION bool drr_any(bool here) { return __any_sync(__activemask(), here); }
+template <typename T>
+DRR_FUNCTION T drr_load(const T *place) { return __ldg(place); }
 
 #else
 
@@ -87,6 +92,8 @@ DRR_FUNCTION float drr_log(float x) { return std::log(x); }
 DRR_FUNCTION float drr_float_of_bits(uint bits) { float x; std::memcpy(&x, &bits, sizeof x); return x; }
 DRR_FUNCTION uint drr_bits_of_float(float x) { uint bits; std::memcpy(&bits, &x, sizeof bits); return bits; }
 DRR_FUNCTION bool drr_any(bool here) { return here; }
+template <typename T>
+DRR_FUNCTION T drr_load(const T *place) { return *place; }
 
 #endif
 

@@ -20,11 +20,7 @@ struct DrrSquare {
 DRR_FUNCTION DrrSquare drr_square(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                                   DRR_THREAD const DrrSteps &steps, DrrPosition u, DrrPosition v, int slice) {
     DrrSquare square;
-    const DrrPlace place = drr_place(launch, steps, drr_voxel(u), drr_voxel(v), slice);
-    square.corner[0] = drr_read(launch, voxels, place);
-    square.corner[1] = drr_read(launch, voxels, place + steps.u);
-    square.corner[2] = drr_read(launch, voxels, place + steps.v);
-    square.corner[3] = drr_read(launch, voxels, place + steps.v + steps.u);
+    drr_read_square(launch, voxels, steps, drr_place(launch, steps, drr_voxel(u), drr_voxel(v), slice), square.corner);
     square.u = drr_fraction(u);
     square.v = drr_fraction(v);
     return square;
@@ -34,12 +30,12 @@ DRR_FUNCTION float drr_bilinear(DRR_THREAD const float *corner, float u, float v
     return drr_between(drr_between(corner[0], corner[1], u), drr_between(corner[2], corner[3], u), v);
 }
 
-// Not 0 when a corner's label is not that of the run.
-DRR_FUNCTION uint drr_breaks_run(DRR_THREAD const DrrSums &sums, DRR_THREAD const DrrSquare &square) {
+// How unlike a vacuum with the run's label the corners are; see drr_unlike.
+DRR_FUNCTION uint drr_unlike(DRR_THREAD const DrrSums &sums, DRR_THREAD const DrrSquare &square) {
     uint unlike = 0;
     DRR_UNROLL
     for (uint c = 0; c < 4; c++) unlike |= drr_unlike(square.corner[c], sums.label);
-    return unlike & DRR_UNLIKE_BITS;
+    return unlike;
 }
 
 DRR_FUNCTION float drr_in_run(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
@@ -69,12 +65,12 @@ DRR_FUNCTION void drr_add_mixed(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const
 DRR_FUNCTION void drr_add_square(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                                  DRR_THREAD DrrSums &sums, DRR_THREAD const DrrSquare &square, float length) {
 #if !defined(DRR_ONE_LABEL)
-    if (drr_breaks_run(sums, square)) {
+    if (drr_unlike(sums, square) & DRR_UNLIKE) {
         const uint label = drr_label(square.corner[0]);
         uint mixed = 0;
         DRR_UNROLL
         for (uint c = 1; c < 4; c++) mixed |= drr_unlike(square.corner[c], label);
-        if (mixed & DRR_UNLIKE_BITS) {
+        if (mixed & DRR_UNLIKE) {
             drr_add_mixed(launch, voxels, sums, square, length);
             return;
         }
@@ -89,11 +85,12 @@ DRR_FUNCTION void drr_add_square(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD cons
 // Whole slices, read together.
 DRR_FUNCTION void drr_add_squares(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                                   DRR_THREAD DrrSums &sums, DRR_THREAD const DrrSquare *squares) {
-#if !defined(DRR_ONE_LABEL)
-    uint breaks = 0;
+    uint unlike = 0;
     DRR_UNROLL
-    for (uint n = 0; n < DRR_TOGETHER; n++) breaks |= drr_breaks_run(sums, squares[n]);
-    if (drr_any(breaks != 0)) {
+    for (uint n = 0; n < DRR_TOGETHER; n++) unlike |= drr_unlike(sums, squares[n]);
+    if (!drr_any(unlike != 0)) return;
+#if !defined(DRR_ONE_LABEL)
+    if (drr_any((unlike & DRR_UNLIKE) != 0)) {
         DRR_UNROLL
         for (uint n = 0; n < DRR_TOGETHER; n++) drr_add_square(launch, voxels, sums, squares[n], 1.0f);
         return;

@@ -24,7 +24,7 @@ DRR_FUNCTION DrrCube drr_cube(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const D
 DRR_FUNCTION void drr_add_cube(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                                DRR_THREAD DrrSums &sums, DRR_THREAD const DrrCube &cube, float length) {
 #if !defined(DRR_ONE_LABEL)
-    if ((drr_breaks_run(sums, cube.square[0]) | drr_breaks_run(sums, cube.square[1])) != 0) {
+    if ((drr_unlike(sums, cube.square[0]) | drr_unlike(sums, cube.square[1])) & DRR_UNLIKE) {
         const float behind = cube.s * length;
         drr_add_square(launch, voxels, sums, cube.square[0], length - behind);
         drr_add_square(launch, voxels, sums, cube.square[1], behind);

@@ -27,7 +27,7 @@ DRR_FUNCTION DrrCrossing drr_crossing(DrrPosition x, DrrPosition x_end, float sl
 DRR_FUNCTION void drr_take(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD DrrSums &sums,
                            DrrVoxel voxel, float length) {
 #if !defined(DRR_ONE_LABEL)
-    if ((drr_unlike(voxel, sums.label) & DRR_UNLIKE_BITS) != 0) {
+    if ((drr_unlike(voxel, sums.label) & DRR_UNLIKE) != 0) {
         drr_end_run(sums);
         drr_start_run(launch, sums, drr_label(voxel));
     }

@@ -10,7 +10,7 @@
 template <typename Rule>
 DRR_FUNCTION void drr_walk(DRR_CONSTANT DrrLaunch &launch, DRR_CONSTANT DrrBeam &beam, DRR_THREAD const DrrVoxels &voxels,
                            DRR_THREAD const DrrRay &ray, DRR_THREAD Rule &rule) {
-    const DrrSteps steps = drr_steps(launch, ray);
+    const DrrSteps steps = drr_steps(launch, voxels, ray);
     const DrrTwofold half = drr_twofold(drr_half_extent(launch, ray.axis));
     const DrrTwofold cell = rule.cell(launch);
     const DrrTwofold enter = drr_divide(drr_add(ray.enter, half), cell);
