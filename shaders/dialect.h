@@ -9,6 +9,7 @@
 #if defined(__METAL_VERSION__)
 
 #include <metal_stdlib>
+using namespace metal;
 #pragma METAL fp math_mode(safe)
 #pragma METAL fp contract(off)
 #define DRR_DEVICE device

@@ -13,9 +13,9 @@ struct DrrTwofold {
     float low;
 };
 
-// A number that changes evenly from pixel to pixel: constant + column * i + row * j.
+// A number that changes evenly from pixel to pixel: offset + column * i + row * j.
 struct DrrAffine {
-    DrrTwofold constant;
+    DrrTwofold offset;
     DrrTwofold column;
     DrrTwofold row;
 };

@@ -30,11 +30,11 @@ impl Twofold {
     }
 }
 
-/// A number that changes evenly from pixel to pixel: `constant + column·i + row·j`.
+/// A number that changes evenly from pixel to pixel: `offset + column·i + row·j`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C)]
 pub(crate) struct Affine {
-    constant: Twofold,
+    offset: Twofold,
     column: Twofold,
     row: Twofold,
 }
@@ -43,7 +43,7 @@ impl Affine {
     /// The three components of a vector that changes evenly, relative to `origin`.
     pub(super) fn relative(vector: &Even, origin: DVec3) -> [Self; 3] {
         [0, 1, 2].map(|axis| Self {
-            constant: Twofold::difference(vector.constant[axis], origin[axis]),
+            offset: Twofold::difference(vector.constant[axis], origin[axis]),
             column: vector.column[axis].into(),
             row: vector.row[axis].into(),
         })
