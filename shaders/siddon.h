@@ -32,6 +32,8 @@ DRR_FUNCTION void drr_take(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrV
         drr_start_run(launch, sums, drr_label(voxel));
     }
 #endif
+    // Vacuum adds exactly nothing.
+    if (drr_unlike(voxel, sums.label) == 0) return;
     sums.run = drr_fma(length, drr_standing_in(launch, voxels, sums.how, voxel), sums.run);
     sums.length += length;
 }

@@ -42,6 +42,8 @@ typedef uint DrrVoxel;
 
 #if DRR_VOXELS == DRR_VOXELS_TEXTURE
 
+#define DRR_FOLDED 0
+
 // A voxel's indices, and the steps from it to its neighbours across the driving axis and along it.
 typedef metal::int3 DrrPlace;
 
@@ -91,6 +93,10 @@ struct DrrSteps {
     DrrPlace s;
     DrrVoxels beyond; // the voxels one step of v further
 };
+
+// Where the driving axis is known and u counts voxels one by one, a position along u can count slices as well: its whole
+// part is then a place in memory, but for v.
+#define DRR_FOLDED (DRR_AXIS == 1 || DRR_AXIS == 2)
 
 // With one driving axis for the launch, the step of 1 is known to the compiler.
 DRR_FUNCTION DrrSteps drr_steps(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
@@ -145,7 +151,7 @@ DRR_FUNCTION uint drr_label(DrrVoxel voxel) { return voxel.label; }
 DRR_FUNCTION uint drr_label(DrrVoxel voxel) { return voxel & 7; }
 #endif
 
-// 0 for a vacuum with this label; the bits of DRR_UNLIKE are 0 for a voxel with this label.
+// 0 for vacuum with this label; the bits of DRR_UNLIKE are 0 for any voxel with this label.
 DRR_FUNCTION uint drr_unlike(DrrVoxel voxel, uint label) {
 #if DRR_VOXELS == DRR_VOXELS_DENSE
     return (voxel.label ^ label) | (drr_bits_of_float(voxel.density) << 3);
@@ -171,38 +177,26 @@ DRR_FUNCTION float drr_density(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const 
 #endif
 }
 
-// Along a run of voxels that all have one label, what is summed are not densities but stand-ins, which cost less to
-// make: density = scale * (stand-in - offset). Codes are such stand-ins below the kink: they exceed eight times the value
-// by the label.
-struct DrrStandIn {
-    float scale;
-    float offset;
-    float kink;
-};
-
+// Along voxels that all have one label, what is summed are not densities but their stand-ins, which cost less to make.
 DRR_FUNCTION DrrStandIn drr_stand_in(DRR_CONSTANT DrrLaunch &launch, uint label) {
-    DrrStandIn how;
 #if DRR_VOXELS == DRR_VOXELS_DENSE || DRR_DENSITY == DRR_DENSITY_TABLE
-    how.scale = 1.0f;
-    how.offset = 0.0f;
-    how.kink = 0.0f;
+    return {0.0f, 0.0f, 1.0f, 0.0f};
 #else
-    how.scale = launch.scale;
-    how.offset = (float)(int)label;
-    how.kink = drr_fma(how.offset, 1.0f - launch.kink[1], launch.kink[0]);
+    return launch.stand_in[label];
 #endif
-    return how;
 }
 
 DRR_FUNCTION float drr_standing_in(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                                    DRR_THREAD const DrrStandIn &how, DrrVoxel voxel) {
 #if DRR_VOXELS == DRR_VOXELS_DENSE || DRR_DENSITY == DRR_DENSITY_TABLE
     return drr_density(launch, voxels, voxel);
-#elif DRR_DENSITY == DRR_DENSITY_KINK
-    const float code = (float)(int)voxel;
-    return drr_min(code, drr_fma(launch.kink[1], code, how.kink));
 #else
-    return (float)(int)voxel;
+    const float t = drr_number_of_code(voxel, how.origin);
+#if DRR_DENSITY == DRR_DENSITY_KINK
+    return drr_fma(-how.kink, drr_abs(t), t);
+#else
+    return t;
+#endif
 #endif
 }
 
