@@ -72,7 +72,7 @@ DRR_FUNCTION void drr_add_mixed(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const
             for (uint c = 0; c < 4; c++) corner[c] = drr_label(squares[n].corner[c]) == m ? density[n][c] : 0.0f;
             sum += drr_bilinear(corner, squares[n].u, squares[n].v);
         }
-        sums.block[m] = drr_fma(length, sum, sums.block[m]);
+        drr_add_to(sums.total[m], length * sum);
     }
     drr_end_run(sums);
     drr_start_run(launch, sums, drr_label(squares[N - 1].corner[3]));
@@ -85,8 +85,8 @@ DRR_FUNCTION void drr_add_squares(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD con
     uint unlike = 0;
     DRR_UNROLL
     for (uint n = 0; n < N; n++) unlike |= drr_unlike(sums, squares[n]);
-    if (!drr_any(unlike != 0)) return;
 #if !defined(DRR_ONE_LABEL)
+    if (!drr_any(unlike != 0)) return;
     if (drr_any((unlike & DRR_UNLIKE) != 0)) {
         if (unlike & DRR_UNLIKE) {
             drr_add_mixed<N>(launch, voxels, sums, squares, length);
@@ -106,9 +106,16 @@ DRR_FUNCTION void drr_add_squares(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD con
 struct DrrJoseph {
     DrrSums sums;
 
+    // Positions count slices too where they can: see DRR_FOLDED.
+    DRR_METHOD void begin(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourses &at,
+                          int cell) {
+        drr_fold(launch, steps, at.u, cell);
+    }
+
     // Cells are slices, and are sampled at their centres, also those that the ray is in only partly.
     DRR_METHOD DrrTwofold cell(DRR_CONSTANT DrrLaunch &) { return drr_twofold(1.0f); }
     DRR_METHOD float sample() { return 0.5f; }
+    DRR_METHOD bool sees_only_matter() { return true; }
     DRR_METHOD bool end_block(DRR_CONSTANT DrrBeam &beam) { return drr_end_block(beam, sums); }
 
     DRR_METHOD void part(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD const DrrRay &ray,
@@ -122,26 +129,25 @@ struct DrrJoseph {
     }
 
     DRR_METHOD void whole(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
-                          DRR_THREAD const DrrSteps &steps, DrrCourse u, DrrCourse v, DrrCourse, int cell, int end) {
-        drr_fold(launch, steps, u, cell);
+                          DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourses &at, int cell, int end) {
         for (; cell + DRR_TOGETHER <= end; cell += DRR_TOGETHER) {
             DrrSquare squares[DRR_TOGETHER];
             DRR_UNROLL
-            for (int n = 0; n < DRR_TOGETHER; n++) squares[n] = next(launch, voxels, steps, u, v, cell + n);
+            for (int n = 0; n < DRR_TOGETHER; n++) squares[n] = next(launch, voxels, steps, at, cell + n);
             drr_add_squares<DRR_TOGETHER>(launch, voxels, sums, squares, 1.0f);
         }
         for (; cell < end; cell++) {
-            const DrrSquare square = next(launch, voxels, steps, u, v, cell);
+            const DrrSquare square = next(launch, voxels, steps, at, cell);
             drr_add_squares<1>(launch, voxels, sums, &square, 1.0f);
         }
     }
 
     DRR_METHOD DrrSquare next(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
-                              DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourse &u, DRR_THREAD DrrCourse &v, int cell) {
-        const DrrPlace place = drr_folded_place(launch, steps, u.at, v.at, cell);
-        const DrrSquare square = drr_square(launch, voxels, steps, place, u.at, v.at);
-        u.at += u.step;
-        v.at += v.step;
+                              DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourses &at, int cell) {
+        const DrrPlace place = drr_folded_place(launch, steps, at.u.at, at.v.at, cell);
+        const DrrSquare square = drr_square(launch, voxels, steps, place, at.u.at, at.v.at);
+        at.u.at += at.u.step;
+        at.v.at += at.v.step;
         return square;
     }
 };

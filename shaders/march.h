@@ -43,8 +43,10 @@ DRR_FUNCTION void drr_add_cube(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const 
 struct DrrMarch {
     DrrSums sums;
 
+    DRR_METHOD void begin(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrSteps &, DRR_THREAD DrrCourses &, int) {}
     DRR_METHOD DrrTwofold cell(DRR_CONSTANT DrrLaunch &launch) { return launch.step; }
     DRR_METHOD float sample() { return 0.5f; }
+    DRR_METHOD bool sees_only_matter() { return true; }
     DRR_METHOD bool end_block(DRR_CONSTANT DrrBeam &beam) { return drr_end_block(beam, sums); }
 
     DRR_METHOD void part(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD const DrrRay &ray,
@@ -61,12 +63,12 @@ struct DrrMarch {
     }
 
     DRR_METHOD void whole(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
-                          DRR_THREAD const DrrSteps &steps, DrrCourse u, DrrCourse v, DrrCourse s, int cell, int end) {
+                          DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourses &at, int cell, int end) {
         for (; cell < end; cell++) {
-            drr_add_cube(launch, voxels, sums, drr_cube(launch, voxels, steps, u.at, v.at, s.at), 1.0f);
-            u.at += u.step;
-            v.at += v.step;
-            s.at += s.step;
+            drr_add_cube(launch, voxels, sums, drr_cube(launch, voxels, steps, at.u.at, at.v.at, at.s.at), 1.0f);
+            at.u.at += at.u.step;
+            at.v.at += at.v.step;
+            at.s.at += at.s.step;
         }
     }
 };

@@ -25,6 +25,9 @@ struct DrrVoxels {
 #else
     const DRR_DEVICE ushort *DRR_RESTRICT code;
 #endif
+#if DRR_VOXELS != DRR_VOXELS_TEXTURE
+    const DRR_DEVICE uchar *DRR_RESTRICT occupied; // see vacuum.h
+#endif
 #if DRR_DENSITY == DRR_DENSITY_TABLE
     const DRR_DEVICE float *DRR_RESTRICT density_of_value;
 #endif
@@ -182,7 +185,13 @@ DRR_FUNCTION DrrStandIn drr_stand_in(DRR_CONSTANT DrrLaunch &launch, uint label)
 #if DRR_VOXELS == DRR_VOXELS_DENSE || DRR_DENSITY == DRR_DENSITY_TABLE
     return {0.0f, 0.0f, 1.0f, 0.0f};
 #else
-    return launch.stand_in[label];
+    // Chosen, not indexed: what is indexed has to lie in memory.
+    DrrStandIn how = launch.stand_in[0];
+    DRR_UNROLL
+    for (uint m = 1; m < DRR_MAX_LABELS; m++) {
+        if ((DRR_LABELS >> m & 1) && (label == m || DRR_LABELS == 1u << m)) how = launch.stand_in[m];
+    }
+    return how;
 #endif
 }
 

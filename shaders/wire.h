@@ -57,6 +57,7 @@ struct DrrStandIn {
 // The volume, the detector and the method.
 struct DrrLaunch {
     uint dimensions[3];     // voxels along i, j, k
+    uint bricks[3];         // bricks of voxels along i, j, k
     uint stride[3];         // from a voxel to the next, in the array of voxels
     uint first_voxel;       // place of voxel (0, 0, 0) in that array
     uint width;             // pixels
@@ -73,6 +74,6 @@ struct DrrLaunch {
 };
 
 static_assert(sizeof(DrrBeam) == 312, "src/engine/gpu/wire.rs says the same");
-static_assert(sizeof(DrrLaunch) == 228, "src/engine/gpu/wire.rs says the same");
+static_assert(sizeof(DrrLaunch) == 240, "src/engine/gpu/wire.rs says the same");
 
 #endif

@@ -51,6 +51,7 @@ impl Prepared {
         let stride = [1, width, width * height];
         let mut launch = Launch {
             dimensions: volume.grid().dimensions().map(|n| n as u32),
+            bricks: voxels.bricks().map(|n| n as u32),
             stride,
             first_voxel: FRAME as u32 * stride.iter().sum::<u32>(),
             width: scene.detector[0] as u32,

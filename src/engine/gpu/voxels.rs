@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::allocation::filled;
 use crate::engine::gpu::Layout;
+use crate::engine::gpu::occupancy::{bricks, occupancy};
 use crate::engine::gpu::wire::StandIn;
 use crate::error::{Error, Result};
 use crate::physics::MAX_MATERIALS;
@@ -131,6 +132,22 @@ impl DeviceVoxels {
             }
             Density::Table(_) => StandIn::default(),
         }
+    }
+
+    /// Where `volume` holds anything, by brick; see [`occupancy`].
+    pub(crate) fn occupancy(&self, volume: &Volume) -> Result<Vec<u8>> {
+        match (volume.voxels(), &self.stored) {
+            (Voxels::Coded { codes, .. }, Stored::Coded { code, .. }) => {
+                occupancy(self.dimensions, |index| code[usize::from(codes[index])] >> 3 != 0)
+            }
+            (Voxels::Dense { density, .. }, _) => occupancy(self.dimensions, |index| density[index] > 0.0),
+            (Voxels::Coded { .. }, Stored::Dense) => unreachable!("made for this volume"),
+        }
+    }
+
+    /// Bricks along each axis.
+    pub(crate) fn bricks(&self) -> [usize; 3] {
+        bricks(self.dimensions)
     }
 
     /// Voxels along each axis, frame included.

@@ -100,6 +100,7 @@ pub(crate) struct StandIn {
 #[repr(C)]
 pub(crate) struct Launch {
     pub(super) dimensions: [u32; 3],
+    pub(super) bricks: [u32; 3],
     pub(super) stride: [u32; 3],
     pub(super) first_voxel: u32,
     pub(super) width: u32,
@@ -116,7 +117,7 @@ pub(crate) struct Launch {
 const _: () = {
     assert!(size_of::<Twofold>() == 8 && size_of::<Affine>() == 24);
     assert!(size_of::<Beam>() == 312 && align_of::<Beam>() == 4);
-    assert!(size_of::<Launch>() == 228 && align_of::<Launch>() == 4);
+    assert!(size_of::<Launch>() == 240 && align_of::<Launch>() == 4);
 };
 
 /// The columns of a matrix in float32.
