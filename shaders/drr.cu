@@ -2,11 +2,16 @@
 #include "DRR_Shared.h"
 #include "pixel.h"
 
-#if !defined(DRR_GROUP)
-#define DRR_GROUP 256
+// Threads of a group, and groups that are to fit on a multiprocessor, which bounds the registers: measured, see
+// benches/README.md. What the kernel waits for are reads, so more reads under way count for more than more threads.
+#define DRR_GROUP 128
+#if defined(DRR_ONE_LABEL)
+#define DRR_GROUPS 6
+#else
+#define DRR_GROUPS 7
 #endif
 
-extern "C" __global__ void __launch_bounds__(DRR_GROUP)
+extern "C" __global__ void __launch_bounds__(DRR_GROUP, DRR_GROUPS)
 projectPolyenergeticDRR(const __grid_constant__ DrrLaunch launch, const DrrBeam *__restrict__ beams, DrrVoxels voxels,
                         DrrSpectra spectra, DrrImages images) {
     // Neighbouring blocks are the views of one tile: what one reads is in cache for the other.

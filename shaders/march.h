@@ -14,8 +14,9 @@ struct DrrCube {
 DRR_FUNCTION DrrCube drr_cube(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                               DRR_THREAD const DrrSteps &steps, DrrPosition u, DrrPosition v, DrrPosition s) {
     DrrCube cube;
-    cube.square[0] = drr_square(launch, voxels, steps, u, v, drr_voxel(s));
-    cube.square[1] = drr_square(launch, voxels, steps, u, v, drr_voxel(s) + 1);
+    const DrrPlace place = drr_place(launch, steps, drr_voxel(u), drr_voxel(v), drr_voxel(s));
+    cube.square[0] = drr_square(launch, voxels, steps, place, u, v);
+    cube.square[1] = drr_square(launch, voxels, steps, place + steps.s, u, v);
     cube.s = drr_fraction(s);
     return cube;
 }
@@ -23,11 +24,13 @@ DRR_FUNCTION DrrCube drr_cube(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const D
 // What Joseph's rule does with one square, weighted, with two.
 DRR_FUNCTION void drr_add_cube(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                                DRR_THREAD DrrSums &sums, DRR_THREAD const DrrCube &cube, float length) {
+    const uint unlike = drr_unlike(sums, cube.square[0]) | drr_unlike(sums, cube.square[1]);
+    if (unlike == 0) return;
 #if !defined(DRR_ONE_LABEL)
-    if ((drr_breaks_run(sums, cube.square[0]) | drr_breaks_run(sums, cube.square[1])) != 0) {
+    if (unlike & DRR_UNLIKE) {
         const float behind = cube.s * length;
-        drr_add_square(launch, voxels, sums, cube.square[0], length - behind);
-        drr_add_square(launch, voxels, sums, cube.square[1], behind);
+        drr_add_squares<1>(launch, voxels, sums, &cube.square[0], length - behind);
+        drr_add_squares<1>(launch, voxels, sums, &cube.square[1], behind);
         return;
     }
 #endif
@@ -40,8 +43,10 @@ DRR_FUNCTION void drr_add_cube(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const 
 struct DrrMarch {
     DrrSums sums;
 
+    DRR_METHOD void begin(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrSteps &, DRR_THREAD DrrCourses &, int) {}
     DRR_METHOD DrrTwofold cell(DRR_CONSTANT DrrLaunch &launch) { return launch.step; }
     DRR_METHOD float sample() { return 0.5f; }
+    DRR_METHOD bool sees_only_matter() { return true; }
     DRR_METHOD bool end_block(DRR_CONSTANT DrrBeam &beam) { return drr_end_block(beam, sums); }
 
     DRR_METHOD void part(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD const DrrRay &ray,
@@ -58,12 +63,12 @@ struct DrrMarch {
     }
 
     DRR_METHOD void whole(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
-                          DRR_THREAD const DrrSteps &steps, DrrCourse u, DrrCourse v, DrrCourse s, int cell, int end) {
+                          DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourses &at, int cell, int end) {
         for (; cell < end; cell++) {
-            drr_add_cube(launch, voxels, sums, drr_cube(launch, voxels, steps, u.at, v.at, s.at), 1.0f);
-            u.at += u.step;
-            v.at += v.step;
-            s.at += s.step;
+            drr_add_cube(launch, voxels, sums, drr_cube(launch, voxels, steps, at.u.at, at.v.at, at.s.at), 1.0f);
+            at.u.at += at.u.step;
+            at.v.at += at.v.step;
+            at.s.at += at.s.step;
         }
     }
 };

@@ -1,11 +1,12 @@
 // Positions along a ray as whole voxels and 32 bits of a voxel: integers, so that stepping adds no error, and so that
-// the voxel and the place inside it fall out without a conversion. Started anew from the ray every block of slices.
+// the voxel and the place inside it fall out without a conversion.
 #ifndef DRR_POSITION_H
 #define DRR_POSITION_H
 
 #include "voxels.h"
 
-// Slices (or cells) between two starts, which are also summed in float32 before the sum goes to a twofold one.
+// Cells after which positions make good what the rounding of their step has cost, and whose sums in float32 go to a
+// twofold sum.
 #define DRR_BLOCK 64
 
 // Voxels, times 2^32.
@@ -13,10 +14,18 @@ typedef DrrLong DrrPosition;
 
 #define DRR_ONE_VOXEL 4294967296.0f
 
-DRR_FUNCTION DrrPosition drr_position(DrrTwofold x) {
+// x to the nearest 2^-32, and what is left, in 2^-32.
+DRR_FUNCTION DrrPosition drr_split(DrrTwofold x, DRR_THREAD float &rest) {
     const float whole = drr_floor(x.high);
-    const DrrLong fraction = (DrrLong)((x.high - whole) * DRR_ONE_VOXEL);
-    return (DrrLong)whole * ((DrrLong)1 << 32) + fraction + (DrrLong)drr_rint(x.low * DRR_ONE_VOXEL);
+    const float high = (x.high - whole) * DRR_ONE_VOXEL, low = x.low * DRR_ONE_VOXEL;
+    const float of_high = drr_rint(high), of_low = drr_rint(low);
+    rest = (high - of_high) + (low - of_low);
+    return (DrrLong)whole * ((DrrLong)1 << 32) + (DrrLong)of_high + (DrrLong)of_low;
+}
+
+DRR_FUNCTION DrrPosition drr_position(DrrTwofold x) {
+    float rest;
+    return drr_split(x, rest);
 }
 
 // The voxel at or below.
@@ -33,11 +42,52 @@ DRR_FUNCTION DrrPosition drr_inside(DrrPosition x, uint voxels) {
     return x < 0 ? 0 : x > last ? last : x;
 }
 
-// Where a coordinate is at one s, and how it changes from sample to sample.
+// Where a coordinate is, how it changes from cell to cell, and what is to be added after every block of cells.
 struct DrrCourse {
     DrrPosition at;
     DrrPosition step;
+    int correction;
 };
+
+// The coordinates of a ray across the driving axis and along it.
+struct DrrCourses {
+    DrrCourse u;
+    DrrCourse v;
+    DrrCourse s;
+};
+
+DRR_FUNCTION DrrCourse drr_course(DrrTwofold at, DrrTwofold step) {
+    DrrCourse course;
+    float rest;
+    course.at = drr_position(at);
+    course.step = drr_split(step, rest);
+    course.correction = (int)drr_rint((float)DRR_BLOCK * rest);
+    return course;
+}
+
+// Moves on by some cells from the beginning, with the corrections of the blocks between.
+DRR_FUNCTION void drr_advance(DRR_THREAD DrrCourse &course, int cells) {
+    course.at += (DrrLong)cells * course.step + (DrrLong)(cells / DRR_BLOCK) * course.correction;
+}
+
+// Makes a position along u count slices as well, from slice `slice` on; see DRR_FOLDED.
+DRR_FUNCTION void drr_fold(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourse &u,
+                           int slice) {
+#if DRR_FOLDED
+    u.at += (DrrLong)(launch.first_voxel + (uint)slice * steps.s) << 32;
+    u.step += (DrrLong)steps.s << 32;
+#endif
+}
+
+// The place of a voxel, when `u` may have been folded.
+DRR_FUNCTION DrrPlace drr_folded_place(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrSteps &steps, DrrPosition u,
+                                       DrrPosition v, int slice) {
+#if DRR_FOLDED
+    return (uint)drr_voxel(u) + (uint)drr_voxel(v) * steps.v;
+#else
+    return drr_place(launch, steps, drr_voxel(u), drr_voxel(v), slice);
+#endif
+}
 
 // Index of the voxel centre that is the volume's centre plus x.
 DRR_FUNCTION DrrTwofold drr_index(DRR_CONSTANT DrrLaunch &launch, uint axis, DrrTwofold x) {

@@ -27,16 +27,20 @@ DRR_FUNCTION DrrCrossing drr_crossing(DrrPosition x, DrrPosition x_end, float sl
 DRR_FUNCTION void drr_take(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD DrrSums &sums,
                            DrrVoxel voxel, float length) {
 #if !defined(DRR_ONE_LABEL)
-    if ((drr_unlike(voxel, sums.label) & DRR_UNLIKE_BITS) != 0) {
+    if ((drr_unlike(voxel, sums.label) & DRR_UNLIKE) != 0) {
         drr_end_run(sums);
         drr_start_run(launch, sums, drr_label(voxel));
     }
 #endif
+    // Vacuum adds exactly nothing.
+    if (drr_unlike(voxel, sums.label) == 0) return;
     sums.run = drr_fma(length, drr_standing_in(launch, voxels, sums.how, voxel), sums.run);
     sums.length += length;
 }
 
-// Length in voxels of one label, slices.
+DRR_FUNCTION bool drr_sees_only_matter(DRR_THREAD const DrrSums &) { return true; }
+
+// Length in voxels of one label, slices, also where they have no density.
 struct DrrLabelled {
     uint label;
     float block;
@@ -47,6 +51,8 @@ DRR_FUNCTION void drr_take(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrVoxels 
                            DrrVoxel voxel, float length) {
     path.block += drr_label(voxel) == path.label ? length : 0.0f;
 }
+
+DRR_FUNCTION bool drr_sees_only_matter(DRR_THREAD const DrrLabelled &) { return false; }
 
 DRR_FUNCTION bool drr_end_block(DRR_CONSTANT DrrBeam &, DRR_THREAD DrrLabelled &path) {
     const DrrTwofold sum = drr_sum_of(path.total.high, path.block);
@@ -61,8 +67,14 @@ struct DrrSiddon {
     Sums sums;
     float slope[2];
 
+    // Positions are from the voxels' faces on, not from their centres.
+    DRR_METHOD void begin(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrSteps &, DRR_THREAD DrrCourses &at, int) {
+        at.u.at += (DrrLong)1 << 31;
+        at.v.at += (DrrLong)1 << 31;
+    }
     DRR_METHOD DrrTwofold cell(DRR_CONSTANT DrrLaunch &) { return drr_twofold(1.0f); }
     DRR_METHOD float sample() { return 0.0f; }
+    DRR_METHOD bool sees_only_matter() { return drr_sees_only_matter(sums); }
     DRR_METHOD bool end_block(DRR_CONSTANT DrrBeam &beam) { return drr_end_block(beam, sums); }
 
     DRR_METHOD void slab(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
@@ -99,14 +111,11 @@ struct DrrSiddon {
     }
 
     DRR_METHOD void whole(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
-                          DRR_THREAD const DrrSteps &steps, DrrCourse u, DrrCourse v, DrrCourse, int cell, int end) {
-        // From the voxels' faces on, not from their centres.
-        u.at += (DrrLong)1 << 31;
-        v.at += (DrrLong)1 << 31;
+                          DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourses &at, int cell, int end) {
         for (; cell < end; cell++) {
-            slab(launch, voxels, steps, u, v, cell, 1.0f);
-            u.at += u.step;
-            v.at += v.step;
+            slab(launch, voxels, steps, at.u, at.v, cell, 1.0f);
+            at.u.at += at.u.step;
+            at.v.at += at.v.step;
         }
     }
 };

@@ -15,7 +15,6 @@ struct DrrSums {
     DrrStandIn how;
     float run;
     float length;
-    float block[DRR_MAX_LABELS];
     DrrTwofold total[DRR_MAX_LABELS];
     float cm_per_cell;
 };
@@ -27,11 +26,17 @@ DRR_FUNCTION void drr_start_run(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD DrrSu
     sums.length = 0.0f;
 }
 
+// Adds to a sum of many terms, with what rounding takes from it.
+DRR_FUNCTION void drr_add_to(DRR_THREAD DrrTwofold &total, float term) {
+    const DrrTwofold sum = drr_sum_of(total.high, term);
+    total = drr_renormalised(sum.high, total.low + sum.low);
+}
+
 DRR_FUNCTION void drr_end_run(DRR_THREAD DrrSums &sums) {
-    const float grams = sums.how.scale * drr_fma(-sums.how.offset, sums.length, sums.run);
+    const float grams = drr_fma(sums.how.scale, sums.run, sums.how.offset * sums.length);
     DRR_UNROLL
     for (uint m = 0; m < DRR_MAX_LABELS; m++) {
-        if (DRR_HAS(m) && (DRR_LABELS == 1u << m || sums.label == m)) sums.block[m] += grams;
+        if (DRR_HAS(m)) drr_add_to(sums.total[m], DRR_LABELS == 1u << m || sums.label == m ? grams : 0.0f);
     }
     sums.run = 0.0f;
     sums.length = 0.0f;
@@ -41,7 +46,6 @@ DRR_FUNCTION void drr_start(DRR_CONSTANT DrrLaunch &launch, float cm_per_cell, D
     sums.cm_per_cell = cm_per_cell;
     DRR_UNROLL
     for (uint m = 0; m < DRR_MAX_LABELS; m++) {
-        sums.block[m] = 0.0f;
         sums.total[m] = drr_twofold(0.0f);
     }
     uint label = 0;
@@ -69,16 +73,9 @@ DRR_FUNCTION bool drr_opaque(DRR_CONSTANT DrrBeam &beam, DRR_THREAD const DrrSum
 }
 #endif
 
-// Moves what a block of cells came to into the totals. Whether to stop here.
+// What is done after every block of cells. Whether to stop here.
 DRR_FUNCTION bool drr_end_block(DRR_CONSTANT DrrBeam &beam, DRR_THREAD DrrSums &sums) {
     drr_end_run(sums);
-    DRR_UNROLL
-    for (uint m = 0; m < DRR_MAX_LABELS; m++) {
-        if (!DRR_HAS(m)) continue;
-        const DrrTwofold sum = drr_sum_of(sums.total[m].high, sums.block[m]);
-        sums.total[m] = drr_renormalised(sum.high, sums.total[m].low + sum.low);
-        sums.block[m] = 0.0f;
-    }
 #if defined(DRR_EARLY_EXIT)
     return drr_opaque(beam, sums);
 #else

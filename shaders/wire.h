@@ -45,9 +45,19 @@ struct DrrBeam {
 #define DRR_ENDS_AT_SOURCE 1
 #define DRR_ENDS_AT_PIXEL 2
 
+// How the codes of voxels with one label stand in for their densities, g/cm^3: with t = 2^-23 code + origin,
+// density = scale * (t - kink * |t|) + offset.
+struct DrrStandIn {
+    float origin;
+    float kink;
+    float scale;
+    float offset;
+};
+
 // The volume, the detector and the method.
 struct DrrLaunch {
     uint dimensions[3];     // voxels along i, j, k
+    uint bricks[3];         // bricks of voxels along i, j, k
     uint stride[3];         // from a voxel to the next, in the array of voxels
     uint first_voxel;       // place of voxel (0, 0, 0) in that array
     uint width;             // pixels
@@ -55,13 +65,15 @@ struct DrrLaunch {
     uint views;
     float millimetres[3][3]; // columns of index -> world
     DrrTwofold step;        // slices per cell of the march
-    // A voxel's code is 8 * value + label. Its density is scale * min(8 value, kink[0] + kink[1] * 8 value).
-    float scale;            // g/cm^3
+    // A voxel's code is 8 * value + label. Its density is scale * min(8 value, kink[0] + kink[1] * 8 value), g/cm^3; and
+    // that of a label's voxels what their stand-ins say.
+    float scale;
     float kink[2];
     uint reserved;
+    DrrStandIn stand_in[DRR_MAX_LABELS];
 };
 
 static_assert(sizeof(DrrBeam) == 312, "src/engine/gpu/wire.rs says the same");
-static_assert(sizeof(DrrLaunch) == 100, "src/engine/gpu/wire.rs says the same");
+static_assert(sizeof(DrrLaunch) == 240, "src/engine/gpu/wire.rs says the same");
 
 #endif

@@ -3,6 +3,7 @@
 
 pub(crate) mod beam;
 mod definitions;
+mod occupancy;
 mod program;
 mod spectra;
 mod text;

@@ -53,6 +53,7 @@ impl Prepared {
         let stride = [1, width, width * height];
         let mut launch = Launch {
             dimensions: volume.grid().dimensions().map(|n| n as u32),
+            bricks: voxels.bricks().map(|n| n as u32),
             stride,
             first_voxel: FRAME as u32 * stride.iter().sum::<u32>(),
             width: scene.detector[0] as u32,
@@ -73,6 +74,7 @@ impl Prepared {
             }
             Some(Density::Table(_)) | None => {}
         }
+        launch.stand_in = std::array::from_fn(|label| voxels.stand_in(label as u8));
         Ok(Self {
             definitions: Definitions::of(plan, materials, voxels, layout),
             launch,

@@ -84,11 +84,23 @@ pub(crate) struct Beam {
     pub(super) least_attenuation: [f32; 8],
 }
 
+/// How the codes of voxels with one label stand in for their densities, g/cm³: with t = 2⁻²³ code + origin,
+/// density = scale · (t − kink · |t|) + offset.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C)]
+pub(crate) struct StandIn {
+    pub(super) origin: f32,
+    pub(super) kink: f32,
+    pub(super) scale: f32,
+    pub(super) offset: f32,
+}
+
 /// The volume, the detector and the method.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C)]
 pub(crate) struct Launch {
     pub(super) dimensions: [u32; 3],
+    pub(super) bricks: [u32; 3],
     pub(super) stride: [u32; 3],
     pub(super) first_voxel: u32,
     pub(super) width: u32,
@@ -99,12 +111,13 @@ pub(crate) struct Launch {
     pub(super) scale: f32,
     pub(super) kink: [f32; 2],
     pub(super) reserved: u32,
+    pub(super) stand_in: [StandIn; 8],
 }
 
 const _: () = {
     assert!(size_of::<Twofold>() == 8 && size_of::<Affine>() == 24);
     assert!(size_of::<Beam>() == 312 && align_of::<Beam>() == 4);
-    assert!(size_of::<Launch>() == 100 && align_of::<Launch>() == 4);
+    assert!(size_of::<Launch>() == 240 && align_of::<Launch>() == 4);
 };
 
 /// The columns of a matrix in float32.

@@ -21,6 +21,7 @@ pub struct Host {
     prepared: Prepared,
     voxels: Stored,
     density_of_value: Vec<f32>,
+    occupied: Vec<u8>,
 }
 
 /// The volume as the kernel reads it.
@@ -63,6 +64,7 @@ impl Host {
             prepared: Prepared::new(volume, &voxels, voxels.layout(), scene, plan)?,
             voxels: stored,
             density_of_value: voxels.density_of_value().to_vec(),
+            occupied: voxels.occupancy(volume)?,
         })
     }
 }
@@ -97,11 +99,13 @@ impl Call<'_> {
             weight: self.views.spectra.weights.as_ptr(),
             attenuation: self.views.spectra.attenuation.as_ptr(),
         };
-        let table = self.engine.density_of_value.as_ptr();
+        let occupied = self.engine.occupied.as_ptr().cast();
         let voxels = match &self.engine.voxels {
-            Stored::Coded(codes) => HostVoxels { first: codes.as_ptr().cast(), second: table.cast() },
+            Stored::Coded(codes) => {
+                HostVoxels([codes.as_ptr().cast(), occupied, self.engine.density_of_value.as_ptr().cast()])
+            }
             Stored::Dense(density, label) => {
-                HostVoxels { first: density.as_ptr().cast(), second: label.as_ptr().cast() }
+                HostVoxels([density.as_ptr().cast(), label.as_ptr().cast(), occupied])
             }
         };
         // SAFETY: the arrays are as long as the launch says, and outlive the call; a row is written by one call only.

@@ -14,12 +14,9 @@ use crate::engine::gpu::wire::{Beam, Launch};
 use crate::engine::gpu::{Definitions, HOST_TEXT, Views};
 use crate::error::{Error, Result};
 
-/// `DrrVoxels`: codes and, if it has one, the table; or densities and labels.
+/// `DrrVoxels`: codes, occupancy and, if there is one, the table; or densities, labels and occupancy.
 #[repr(C)]
-pub(super) struct HostVoxels {
-    pub(super) first: *const c_void,
-    pub(super) second: *const c_void,
-}
+pub(super) struct HostVoxels(pub(super) [*const c_void; 3]);
 
 /// `DrrSpectra`.
 #[repr(C)]
