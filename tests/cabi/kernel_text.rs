@@ -73,13 +73,22 @@ fn kernels() -> BTreeSet<Definitions> {
     kernels
 }
 
-/// Clang copies no struct from one address space to another; Metal does. The only ones that the text copies are twofold
-/// numbers of the launch and the beams.
+/// Clang copies no struct from one address space to another; Metal does. These are the ones that the text copies from the
+/// launch and the beams.
 fn copied_between_spaces(text: &str) -> String {
-    let constructors = "DrrTwofold() = default; DrrTwofold(const DrrTwofold &) = default; \
-                        DrrTwofold &operator=(const DrrTwofold &) = default; \
-                        DrrTwofold(const constant DrrTwofold &a) : high(a.high), low(a.low) {}";
-    text.replacen("struct DrrTwofold {", &format!("struct DrrTwofold {{ {constructors}"), 1)
+    let members =
+        [("DrrTwofold", &["high", "low"][..]), ("DrrStandIn", &["origin", "kink", "scale", "offset"])];
+    members.into_iter().fold(text.to_owned(), |text, (name, members)| {
+        let list = |item: &dyn Fn(&&str) -> String| members.iter().map(item).collect::<Vec<_>>().join(", ");
+        let (arguments, given) = (list(&|m| format!("float {m}")), list(&|m| format!("{m}({m})")));
+        let copied = list(&|m| format!("{m}(a.{m})"));
+        let constructors = format!(
+            "{name}() = default; {name}(const {name} &) = default; {name} &operator=(const {name} &) = default; \
+             {name}({arguments}) : {given} {{}} {name}(const constant {name} &a) : {copied} {{}} \
+             {name} &operator=(const constant {name} &a) {{ return *this = {name}(a); }}"
+        );
+        text.replacen(&format!("struct {name} {{"), &format!("struct {name} {{ {constructors}"), 1)
+    })
 }
 
 /// What Clang says of a kernel.

@@ -24,18 +24,25 @@ pub(crate) struct Spectra {
 }
 
 /// A scene's tables with all energies, also those without weight, and the weights as they are given: what the tables that
-/// a view has in the device's memory replace.
+/// a view has in the device's memory replace. Every row is padded with zeros to whole groups.
 #[derive(Debug)]
 pub(super) struct WholeTables {
+    energies: usize,
     weights: Vec<f32>,
     attenuation: Vec<f32>,
 }
 
 impl WholeTables {
     pub(super) fn of(scene: &Scene) -> Self {
-        let float32 = |values: &[f64]| -> Vec<f32> { values.iter().map(|&value| value as f32).collect() };
-        let rows = (0..scene.materials.names().len()).map(|m| float32(scene.materials.coefficients(m)));
-        Self { weights: float32(scene.spectrum.weights()), attenuation: rows.flatten().collect() }
+        let energies = scene.spectrum.grid().count();
+        let padded = |row: &[f64]| {
+            let mut padded: Vec<f32> = row.iter().map(|&value| value as f32).collect();
+            padded.resize(energies.next_multiple_of(TOGETHER), 0.0);
+            padded
+        };
+        let rows = (0..scene.materials.names().len()).map(|m| padded(scene.materials.coefficients(m)));
+        let attenuation = rows.flatten().collect();
+        Self { energies, weights: padded(scene.spectrum.weights()), attenuation }
     }
 }
 
@@ -64,7 +71,7 @@ impl Spectra {
 
     /// Makes room for the tables that a view has in the device's memory, where `shaders/tables.h` prepares them.
     pub(super) fn make_room(&mut self, tables: &WholeTables, beam: &mut Beam) {
-        beam.bins = tables.weights.len() as u32;
+        beam.bins = tables.energies as u32;
         beam.first_weight = self.weights.len() as u32;
         beam.first_attenuation = self.attenuation.len() as u32;
         // Twice: logarithms follow.

@@ -142,13 +142,14 @@ impl DeviceVoxels {
         }
     }
 
-    /// Where `volume` holds anything, by brick; see [`occupancy`].
+    /// Where `volume` holds anything, by brick; see [`occupancy`]. Nothing is said of a texture.
     pub(crate) fn occupancy(&self, volume: &Volume) -> Result<Vec<u8>> {
         match (volume.voxels(), &self.stored) {
             (Voxels::Coded { codes, .. }, Stored::Coded { code, .. }) => {
                 occupancy(self.dimensions, |index| code[usize::from(codes[index])] >> 3 != 0)
             }
             (Voxels::Dense { density, .. }, _) => occupancy(self.dimensions, |index| density[index] > 0.0),
+            (Voxels::Texture { .. }, _) => Ok(Vec::new()),
             (Voxels::Coded { .. }, Stored::Dense) => unreachable!("made for this volume"),
         }
     }

@@ -72,6 +72,7 @@ pub(super) struct DeviceVolume {
     pub voxels: DeviceVoxels,
     stored: Stored,
     density_of_value: Buffer,
+    occupied: Buffer,
 }
 
 enum Stored {
@@ -113,7 +114,8 @@ impl DeviceVolume {
             Ok(())
         })?;
         let density_of_value = Buffer::of(device.gpu(), voxels.density_of_value(), "the table of densities")?;
-        Ok(Self { voxels, stored, density_of_value })
+        let occupied = Buffer::of(device.gpu(), &voxels.occupancy(volume)?, "the volume's occupancy")?;
+        Ok(Self { voxels, stored, density_of_value, occupied })
     }
 
     /// Gives the kernel its arguments.
@@ -133,6 +135,7 @@ impl DeviceVolume {
                 }
             }
             encoder.setBuffer_offset_atIndex(Some(&self.density_of_value), 0, 7);
+            encoder.setBuffer_offset_atIndex(Some(&self.occupied), 0, 12);
         }
     }
 }
