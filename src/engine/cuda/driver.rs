@@ -127,6 +127,18 @@ impl Drop for Stream<'_> {
     }
 }
 
+/// Refuses a stream that is being captured: what the graph would read again later is gone by then.
+///
+/// # Safety
+/// The stream is alive.
+pub(super) unsafe fn not_captured(stream: sys::CUstream) -> Result<()> {
+    // SAFETY: alive.
+    match checked("the queue", unsafe { result::stream::is_capturing(stream) })? {
+        sys::CUstreamCaptureStatus::CU_STREAM_CAPTURE_STATUS_NONE => Ok(()),
+        _ => Err(Error::invalid("queue", "being captured", "a stream that is not being captured")),
+    }
+}
+
 /// A moment on a stream.
 pub(super) struct Event<'a> {
     raw: sys::CUevent,

@@ -14,7 +14,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub(crate) use device::Device;
 
 use crate::engine::gpu::Prepared;
-use crate::engine::{Backend, DeviceOutputs, Engine, Images, Job, Layers, Timings};
+use crate::engine::{Backend, DeviceOutputs, Engine, Images, Job, Timings, ViewJob};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 use crate::scene::Scene;
@@ -133,6 +133,8 @@ impl Engine for Cuda {
         }
         let current = self.device.current()?;
         let queue = Queue { stream: queue.cast(), current: &current, clock: None };
+        // SAFETY: a stream, by the caller's promise.
+        unsafe { driver::not_captured(queue.stream)? };
         let address = |pointer: *mut c_void| pointer.expose_provenance() as u64;
         let mut places = Places {
             intensity: address(outputs.intensity),
@@ -140,13 +142,17 @@ impl Engine for Cuda {
             areal_density: address(outputs.areal_density),
             bone_path: address(outputs.bone_path),
         };
-        let layers: Layers = job.layers;
-        for some in job.views.chunks(self.views_at_once) {
-            let views = self.prepared.views(some, layers);
+        // All kernels are compiled before the first is in the queue.
+        let prepared = |some: &[ViewJob]| {
+            let views = self.prepared.views(some, job.layers);
             let program = self.device.program(&views.definitions, self.threads(), &current)?;
+            Ok((views, program))
+        };
+        let launches: Vec<_> = job.views.chunks(self.views_at_once).map(prepared).collect::<Result<_>>()?;
+        for (views, program) in &launches {
             // SAFETY: stream and places are the caller's, as promised.
-            unsafe { self.enqueue(&views, layers, &program, places, &queue)? };
-            places = places.after(self.pixels() * some.len(), self.prepared.materials);
+            unsafe { self.enqueue(views, job.layers, program, places, &queue)? };
+            places = places.after(self.pixels() * views.beams.len(), self.prepared.materials);
         }
         Ok(())
     }
