@@ -29,6 +29,7 @@ impl DeviceChoice {
     ///
     /// # Safety
     /// `device` is null or an object of that type.
+    #[must_use]
     #[allow(unsafe_code, reason = "the pointer is believed")]
     pub unsafe fn with_metal(self, device: *mut c_void) -> Self {
         Self { metal: NonNull::new(device), ..self }
