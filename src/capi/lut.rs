@@ -99,8 +99,8 @@ unsafe fn table(
         return Ok(None);
     }
     // SAFETY: the caller's promise.
-    if let Some(values) = unsafe { device.floats(argument, address, count)? } {
-        return widened(&values).map(Some);
+    if let Some(values) = unsafe { device.floats(argument, address, count) } {
+        return widened(&values?).map(Some);
     }
     let fits = usize::try_from(address);
     let address = fits.map_err(|_| Error::invalid(argument, format!("{address:#x}"), "a host address"))?;

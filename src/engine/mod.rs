@@ -5,6 +5,10 @@ pub mod cpu;
 mod cuda;
 mod device;
 mod encode;
+#[cfg_attr(
+    not(any(feature = "cuda", feature = "host", target_vendor = "apple")),
+    allow(dead_code, unused_imports, reason = "none of its engines is built")
+)]
 mod gpu;
 #[cfg(feature = "host")]
 pub mod host;
