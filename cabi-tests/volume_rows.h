@@ -17,16 +17,15 @@ static void volume_place_and_float32(Given *g) {
     volume_place(g);
     g->hu = g->to.hu_float32;
 }
-/* Without an Apple GPU the good call is refused as well, last of all: the texture is not looked at. */
+/* The context has no GPU, so the good call is refused as well, last of all: the texture is not looked at. */
 static DrrStatus call_volume_create_texture(const Given *g) {
     const DrrStatus status = drr_volume_create_metal_texture((const DrrContext *)g->context,
                                                              (const DrrVolumeDescriptor *)g->descriptor,
                                                              (void *)g->texture, (DrrVolume **)g->volume);
     return status == DRR_STATUS_UNSUPPORTED ? DRR_STATUS_OK : status;
 }
-static void volume_place_on_host(Given *g) {
-    g->volume = &g->to.handle;
-    g->context = live.on_host;
+static void volume_place_and_texture(Given *g) {
+    volume_place(g);
     g->texture = &g->to.handle;
 }
 static void destroy_made_volume(const Given *g) { drr_volume_destroy((DrrVolume *)g->to.handle); }
@@ -36,7 +35,7 @@ static void no_volume(Given *g) { g->volume = NULL; }
 static const Function volume_create = {"drr_volume_create", volume_place, call_volume_create, destroy_made_volume},
                       volume_create_float32 = {"drr_volume_create_float32", volume_place_and_float32,
                                                call_volume_create_float32, destroy_made_volume},
-                      volume_create_texture = {"drr_volume_create_metal_texture", volume_place_on_host,
+                      volume_create_texture = {"drr_volume_create_metal_texture", volume_place_and_texture,
                                                call_volume_create_texture, NULL},
                       volume_destroy = {"drr_volume_destroy", no_volume, call_volume_destroy, NULL};
 

@@ -1,15 +1,19 @@
 //! A projector: one volume, one scene, one plan, one engine.
 
+use std::any::Any;
+use std::ffi::{CStr, c_void};
+use std::ptr::NonNull;
 use std::sync::Arc;
 
 use crate::allocation::reserved;
 use crate::engine::cpu::Cpu;
 #[cfg(feature = "host")]
 use crate::engine::host::Host;
-#[cfg(target_vendor = "apple")]
-use crate::engine::metal::{self, Metal};
 use crate::engine::reference::Reference;
-use crate::engine::{Backend, Device, Engine, Images, Job, Layers, Progress, Report, ViewJob};
+use crate::engine::{
+    Backend, Device, DeviceChoice, DeviceOutputs, Engine, Images, Job, Layers, Progress, Report, SILENT,
+    Timings, ViewJob,
+};
 use crate::error::{Error, Result};
 use crate::geometry::View;
 use crate::physics::SpectralModel;
@@ -31,40 +35,76 @@ pub struct Context {
 pub const MAX_THREADS: usize = 1024;
 
 impl Context {
-    /// A context with its own threads; 0 means one per core.
+    /// A context with its own threads; 0 means one per core. An engine with devices runs on its first.
     pub fn new(backend: Backend, threads: usize) -> Result<Self> {
-        Self::on(backend, Device::of(backend)?, threads)
+        Self::on_device(backend, threads, DeviceChoice::default())
     }
 
-    /// A context whose engine runs on one device.
-    fn on(backend: Backend, device: Device, threads: usize) -> Result<Self> {
+    /// A context of the best engine that is there: on a GPU where one can be used.
+    pub fn best(threads: usize, choice: DeviceChoice) -> Result<Self> {
+        let [others @ .., always_there] = Backend::BEST_FIRST;
+        for backend in others {
+            match Self::on_device(backend, threads, choice) {
+                Err(Error::Unsupported(_)) => {}
+                made => return made,
+            }
+        }
+        Self::on_device(always_there, threads, choice)
+    }
+
+    /// As [`Context::new`], on the device of one's choice.
+    ///
+    /// # Errors
+    /// `Unsupported`, with what is missing, when the engine is not there or its threads cannot be started;
+    /// `InvalidArgument` for a device that it does not have.
+    pub fn on_device(backend: Backend, threads: usize, choice: DeviceChoice) -> Result<Self> {
         if threads > MAX_THREADS {
             return Err(Error::invalid("threads", threads, format!("0 (one per core) … {MAX_THREADS}")));
         }
+        let device = Device::open(backend, choice)?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let threads =
             pool.map_err(|error| Error::Unsupported(format!("threads cannot be started: {error}")))?;
         Ok(Self { backend, device, threads: Arc::new(threads) })
     }
 
-    /// A context on an Apple GPU of the caller's choice, whose contexts share what it holds.
-    #[cfg(target_vendor = "apple")]
-    pub fn on_metal(device: Arc<metal::Device>, threads: usize) -> Result<Self> {
-        Self::on(Backend::Metal, Device::Metal(device), threads)
-    }
-
-    /// The Apple GPU, when the engine runs on one.
-    #[cfg(target_vendor = "apple")]
-    pub fn metal(&self) -> Option<&Arc<metal::Device>> {
-        match &self.device {
-            Device::Metal(device) => Some(device),
-            Device::None => None,
-        }
-    }
-
     /// The engine.
     pub fn backend(&self) -> Backend {
         self.backend
+    }
+
+    /// The name of the engine's device; empty for engines of the CPU.
+    pub fn device_name(&self) -> &CStr {
+        self.device.name()
+    }
+
+    /// The version of the device's driver, in words; empty for engines of the CPU.
+    pub fn device_driver(&self) -> String {
+        self.device.driver()
+    }
+
+    /// A 3D texture of int16 HU that a pipeline of the caller's has on the GPU, for [`Volume::from_texture`]; it is kept
+    /// alive. Its texels are read when views are projected, and must not be written meanwhile.
+    ///
+    /// # Errors
+    /// `Unsupported` unless the engine is `metal`; `InvalidArgument` when it is not an `MTLTextureType3D` of
+    /// `MTLPixelFormatR16Sint` with `MTLTextureUsageShaderRead`, of these dimensions, on the context's GPU.
+    ///
+    /// # Safety
+    /// If the engine is `metal`, `texture` is null or an `id<MTLTexture>`.
+    #[allow(unsafe_code, reason = "the pointer is believed")]
+    pub unsafe fn texture(
+        &self,
+        texture: *mut c_void,
+        dimensions: [usize; 3],
+    ) -> Result<Arc<dyn Any + Send + Sync>> {
+        let null = || Error::invalid("texture", "NULL", "a texture");
+        // SAFETY: the caller's promise is the same.
+        unsafe { self.device.texture(NonNull::new(texture).ok_or_else(null)?, dimensions) }
+    }
+
+    pub(crate) fn device(&self) -> &Device {
+        &self.device
     }
 
     /// Number of threads.
@@ -97,7 +137,8 @@ pub struct ViewRequest {
     pub early_exit: bool,
     /// Spectral tables of this view alone, which views may share; `None`: the scene's.
     pub spectral: Option<Arc<SpectralModel>>,
-    /// GPU addresses of such tables, spectrum and mass attenuation, for an engine whose GPU reads them; 0: none.
+    /// GPU addresses of such tables, spectrum and mass attenuation, which the engine `metal` reads in
+    /// [`Projector::encode`]; 0: none.
     pub lut_addresses: [DrrAddress; 2],
 }
 
@@ -111,18 +152,18 @@ impl Projector {
     /// Plans `scene` for `volume` and makes the context's engine ready.
     pub fn new(context: &Context, volume: Arc<Volume>, scene: Scene) -> Result<Self> {
         let plan = Plan::new(&scene, &volume, context.backend)?;
-        let engine: Box<dyn Engine> = match (context.backend, &context.device) {
-            (Backend::Cpu, _) => Box::new(Cpu::new(volume.clone(), &scene, &plan)?),
-            (Backend::Reference, _) => Box::new(Reference::new(volume.clone(), &scene, scene.algorithm)?),
+        let engine: Box<dyn Engine> = match context.backend {
+            Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan)?),
+            Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.algorithm)?),
             #[cfg(feature = "host")]
-            (Backend::Host, _) => Box::new(context.install(|| Host::new(&volume, &scene, &plan))?),
-            #[cfg(target_vendor = "apple")]
-            (_, Device::Metal(device)) => {
-                Box::new(context.install(|| Metal::new(device, &volume, &scene, &plan))?)
-            }
-            (other, _) => unreachable!("no context has the engine {}", other.name()),
+            Backend::Host => Box::new(context.install(|| Host::new(&volume, &scene, &plan))?),
+            _ => context.install(|| context.device.engine(&volume, &scene, &plan))?,
         };
         Ok(Self { context: context.clone(), volume, scene, plan, engine })
+    }
+
+    pub(crate) fn context(&self) -> &Context {
+        &self.context
     }
 
     /// The plan.
@@ -143,11 +184,11 @@ impl Projector {
     /// Projects `views`. `progress` is called from the context's threads, also from several at once, with the number of
     /// rays finished since its last call: after every few hundred rays of a thread. Answering
     /// [`ControlFlow::Break`](std::ops::ControlFlow::Break) cancels: each thread finishes at most 1024 more rays, and
-    /// may still report them. [`SILENT`](crate::engine::SILENT) hears nothing.
+    /// may still report them. An engine on a GPU reports after every few views, and stops there. [`SILENT`](crate::engine::SILENT) hears nothing.
     ///
     /// # Errors
     /// `InvalidArgument` for a view that is not valid or a layer that the scene does not have; `OutOfMemory`;
-    /// `Cancelled`.
+    /// `Cancelled`; `Device` when a GPU fails.
     pub fn project(
         &self,
         views: &[ViewRequest],
@@ -157,6 +198,43 @@ impl Projector {
         let views = self.jobs(views, layers)?;
         let job = Job { views: &views, layers, progress: Progress::new(progress) };
         self.context.install(|| self.engine.project(&job))
+    }
+
+    /// Puts the projection of `views` into a queue of the device's, and returns without waiting for it. What the call
+    /// is given beside queue and outputs is free again when it returns. The first call with new layers compiles a
+    /// kernel.
+    ///
+    /// # Safety
+    /// `queue` and `outputs` are as [`DeviceOutputs`] says.
+    ///
+    /// # Errors
+    /// `Unsupported` for engines of the CPU; otherwise as [`Projector::project`].
+    #[allow(unsafe_code, reason = "queue and outputs are the caller's, and believed")]
+    pub unsafe fn encode(
+        &self,
+        views: &[ViewRequest],
+        queue: *mut c_void,
+        outputs: &DeviceOutputs,
+    ) -> Result<()> {
+        let layers = outputs.layers();
+        let views = self.jobs(views, layers)?;
+        let job = Job { views: &views, layers, progress: Progress::new(SILENT) };
+        // SAFETY: the caller's promise is the same.
+        unsafe { self.engine.encode(&job, queue, outputs) }
+    }
+
+    /// What the engine's device measured so far; `None` for engines of the CPU, which the caller can time.
+    pub fn timings(&self) -> Option<Timings> {
+        self.engine.timings()
+    }
+
+    /// Bytes per second, read and written, of one copy between two buffers of the device as large as the volume's;
+    /// `None` for engines of the CPU.
+    ///
+    /// # Errors
+    /// `OutOfMemory` when the device has no room for the copy.
+    pub fn copy_bandwidth(&self) -> Result<Option<f64>> {
+        self.engine.copy_bandwidth()
     }
 
     /// Projects `views` in float64 with the reference engine and any algorithm: the fast algorithm's twin, or
@@ -174,10 +252,10 @@ impl Projector {
         self.context.install(|| engine.project_f64(&job))
     }
 
-    /// Only a GPU's engine reads from GPU addresses.
+    /// The other engines read tables before they project.
     fn check_addresses(&self, addresses: [DrrAddress; 2]) -> Result<()> {
         let backend = self.context.backend;
-        if addresses == [0, 0] || matches!(backend, Backend::Cuda | Backend::Metal) {
+        if addresses == [0, 0] || backend == Backend::Metal {
             return Ok(());
         }
         let value = format!("{addresses:#x?}");
@@ -206,12 +284,8 @@ impl Projector {
             spectral.as_ref().map_or(Ok(()), |model| check_i0(model.i0()))?;
             self.check_addresses(request.lut_addresses)?;
             let beam = Beam::new(&request.view, self.volume.grid(), self.scene.detector)?;
-            Ok(ViewJob {
-                beam,
-                early_exit: request.early_exit,
-                spectral,
-                lut_addresses: request.lut_addresses,
-            })
+            let lut_addresses = request.lut_addresses;
+            Ok(ViewJob { beam, early_exit: request.early_exit, spectral, lut_addresses })
         };
         let mut jobs = reserved(views.len(), "the views")?;
         for (v, view) in views.iter().enumerate() {

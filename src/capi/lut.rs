@@ -7,11 +7,9 @@ use crate::allocation::refused;
 use crate::capi::memory;
 use crate::capi::projector::ProjectorValue;
 use crate::capi::scene::{material_names, widened};
-use crate::engine::Backend;
+use crate::engine::Device;
 use crate::error::{Error, Result};
-use crate::geometry::View;
 use crate::physics::{EnergyGrid, MassAttenuation, SpectralModel, Spectrum};
-use crate::projector::ViewRequest;
 use crate::scene::check_i0;
 use crate::shared::{DrrAddress, ProjectionUniforms};
 
@@ -20,34 +18,12 @@ use crate::shared::{DrrAddress, ProjectionUniforms};
 pub(super) struct Tables(HashMap<[DrrAddress; 2], Arc<SpectralModel>>);
 
 impl Tables {
-    /// What a view asks for, its tables read or, on Metal, left to the GPU.
-    ///
-    /// # Safety
-    /// As for [`Tables::model`], unless the engine is Metal's.
-    pub(super) unsafe fn request(
-        &mut self,
-        projector: &ProjectorValue,
-        view: &ProjectionUniforms,
-    ) -> Result<ViewRequest> {
-        let mut request = ViewRequest::from(View::Projection(view.into()));
-        request.early_exit = view.enableEarlyExit.get();
-        let addresses = [view.spectrumLutAddress, view.muLutAddress];
-        if projector.projector.plan().engine == Backend::Metal {
-            check_polyenergetic(projector, addresses)?;
-            request.lut_addresses = addresses;
-        } else {
-            // SAFETY: the caller's promise is the same.
-            request.spectral = unsafe { self.model(projector, view)? };
-        }
-        Ok(request)
-    }
-
     /// The view's own spectral model; `None` when both addresses are 0.
     ///
     /// # Safety
-    /// An address that is not 0 is a host pointer to as many floats as the uniforms' description says, which nobody
+    /// An address that is not 0 is one of the engine's, of as many floats as the uniforms' description says, which nobody
     /// writes as long as `self` lives.
-    unsafe fn model(
+    pub(super) unsafe fn model(
         &mut self,
         projector: &ProjectorValue,
         view: &ProjectionUniforms,
@@ -77,11 +53,12 @@ unsafe fn read(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> R
     let scene = projector.projector.scene();
     let energies = *scene.spectrum.grid();
     let materials = scene.materials.names().len();
+    let device = projector.projector.context().device();
     // SAFETY: the caller's promise.
     let (weights, coefficients) = unsafe {
         (
-            table("spectrumLutAddress", spectrum, energies.count())?,
-            table("muLutAddress", mu, materials * energies.count())?,
+            table(device, "spectrumLutAddress", spectrum, energies.count())?,
+            table(device, "muLutAddress", mu, materials * energies.count())?,
         )
     };
     let own_spectrum = weights.map(|w| own_spectrum(energies, w)).transpose()?;
@@ -91,6 +68,12 @@ unsafe fn read(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> R
         .map_err(|error| error.called("mass_attenuation", "muLutAddress"))?;
     let spectrum = own_spectrum.as_ref().unwrap_or(&scene.spectrum);
     SpectralModel::new(spectrum, own_materials.as_ref().unwrap_or(&scene.materials))
+}
+
+/// A view's addresses, for a GPU that reads them itself.
+pub(super) fn addresses(projector: &ProjectorValue, view: &ProjectionUniforms) -> Result<[DrrAddress; 2]> {
+    let addresses = [view.spectrumLutAddress, view.muLutAddress];
+    check_polyenergetic(projector, addresses).map(|()| addresses)
 }
 
 fn check_polyenergetic(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> Result<()> {
@@ -113,7 +96,19 @@ fn own_spectrum(energies: EnergyGrid, weights: Vec<f64>) -> Result<Spectrum> {
 ///
 /// # Safety
 /// As for [`Tables::model`].
-unsafe fn table(argument: &str, address: DrrAddress, count: usize) -> Result<Option<Vec<f64>>> {
+unsafe fn table(
+    device: &Device,
+    argument: &str,
+    address: DrrAddress,
+    count: usize,
+) -> Result<Option<Vec<f64>>> {
+    if address == 0 {
+        return Ok(None);
+    }
+    // SAFETY: the caller's promise.
+    if let Some(values) = unsafe { device.floats(argument, address, count) } {
+        return widened(&values?).map(Some);
+    }
     let fits = usize::try_from(address);
     let address = fits.map_err(|_| Error::invalid(argument, format!("{address:#x}"), "a host address"))?;
     let pointer = std::ptr::with_exposed_provenance(address);

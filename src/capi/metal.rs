@@ -1,19 +1,14 @@
 //! Volumes whose voxels a Metal pipeline has on the GPU already.
 
-use std::any::Any;
 use std::ffi::c_void;
-#[cfg(target_vendor = "apple")]
-use std::ptr::NonNull;
 use std::sync::Arc;
 
-use crate::Context;
 use crate::capi::boundary::guard;
 use crate::capi::context::DrrContext;
 use crate::capi::handle;
 use crate::capi::status::DrrStatus;
 use crate::capi::volume::{DrrVolume, DrrVolumeDescriptor, VolumeValue};
 use crate::capi::{memory, options};
-use crate::error::{Error, Result};
 use crate::volume::Volume;
 
 /// Makes a volume of the int16 CT numbers in a texture of Metal's, which are read where they are: nothing is copied.
@@ -46,31 +41,10 @@ pub unsafe extern "C" fn drr_volume_create_metal_texture(
         // Objects are aligned at least as pointers are.
         memory::check("texture", texture.cast::<usize>(), 1)?;
         // SAFETY: the C caller passes a texture when the context's engine has them.
-        let texture = unsafe { retained(&context, texture, grid.dimensions())? };
+        let texture = unsafe { context.texture(texture, grid.dimensions())? };
         let made = Arc::new(Volume::from_texture(grid, texture, &classification)?);
         // SAFETY: `volume` is not null and aligned; the C caller passes a place for one handle.
         unsafe { volume.write(handle::create(VolumeValue { context: context.clone(), volume: made })) };
         Ok(())
     })
-}
-
-/// The texture, kept alive.
-///
-/// # Safety
-/// If the context's engine is Metal's, `texture` is null or an `id<MTLTexture>`.
-unsafe fn retained(
-    context: &Context,
-    texture: *mut c_void,
-    dimensions: [usize; 3],
-) -> Result<Arc<dyn Any + Send + Sync>> {
-    #[cfg(target_vendor = "apple")]
-    if let (Some(device), Some(texture)) = (context.metal(), NonNull::new(texture)) {
-        // SAFETY: the caller's promise.
-        let texture = unsafe { crate::engine::metal::Texture::retained(device, texture, dimensions)? };
-        return Ok(Arc::new(texture));
-    }
-    let _ = (texture, dimensions);
-    let text =
-        format!("a texture of Metal's on the engine {}: only metal reads it", context.backend().name());
-    Err(Error::Unsupported(text))
 }

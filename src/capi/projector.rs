@@ -6,12 +6,13 @@ use crate::allocation::reserved;
 use crate::capi::boundary::guard;
 use crate::capi::geometry::DrrDetectorPose;
 use crate::capi::handle::{self, Opaque};
-use crate::capi::lut::Tables;
+use crate::capi::lut::{self, Tables};
 use crate::capi::outputs::{DrrOutputs, Places};
 use crate::capi::scene::DrrScene;
 use crate::capi::status::DrrStatus;
 use crate::capi::volume::DrrVolume;
 use crate::capi::{memory, options};
+use crate::engine::Backend;
 use crate::error::Result;
 use crate::geometry::View;
 use crate::projector::{Projector, ViewRequest};
@@ -100,18 +101,18 @@ pub unsafe extern "C" fn drr_projector_describe(projector: *const DrrProjector) 
 /// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by projection matrices. Rays are half-lines from the
 /// source, or full lines for a parallel beam: no detector ends them.
 ///
-/// `views` and the tables behind their LUT addresses are only read during the call; on engines of the CPU an
-/// address is a host pointer, aligned to 4 bytes. The values there are checked, the address itself cannot be. On Metal
-/// an address is a GPU virtual address, and nothing there is checked; a command buffer reads only what has been made
-/// resident for it, so such views need a command buffer of the caller's, and are DRR_STATUS_UNSUPPORTED here.
+/// `views` and the tables behind their LUT addresses are only read during the call. An address, aligned to 4 bytes, is a
+/// host pointer on engines of the CPU and an address of its memory on a GPU, where the tables must be complete before
+/// the call. The values there are checked, the address itself cannot be. Metal's command buffers read only what is
+/// resident for them: there tables need drr_projector_encode, and nothing of them is checked.
 /// Tables of a view need DRR_EFFECT_POLYENERGETIC; a view's spectrum is used as it is, without the scene's detector
 /// response. With enableEarlyExit the intensity may differ by exp(-15) of I0; where other images are asked for that
 /// would change too, rays are not stopped.
 ///
 /// Everything is computed before anything is written: on failure the outputs are as before. Fails with
-/// DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, or DRR_STATUS_CANCELLED when outputs->progress answers
-/// false. Any thread, also with one projector from many at once, each with outputs of its own. The same call gives the
-/// same bytes for any number of threads.
+/// DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, DRR_STATUS_DEVICE when a GPU fails, or DRR_STATUS_CANCELLED
+/// when outputs->progress answers false. Any thread, also with one projector from many at once, each with outputs of
+/// its own. The same call gives the same bytes for any number of threads.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_projector_project(
     projector: *const DrrProjector,
@@ -121,9 +122,31 @@ pub unsafe extern "C" fn drr_projector_project(
 ) -> DrrStatus {
     let mut tables = Tables::default();
     // SAFETY: a view's tables are the C caller's, as described, and stay as they are during the call.
-    let request = |value: &ProjectorValue, view: &ProjectionUniforms| unsafe { tables.request(value, view) };
+    let request = |value: &ProjectorValue, view: &ProjectionUniforms| unsafe {
+        uniforms_request(&mut tables, value, view)
+    };
     // SAFETY: the C caller's promises are the same.
     guard(|| unsafe { project(projector, "views", views, view_count, outputs, request) })
+}
+
+/// The request of a view that is given by uniforms.
+///
+/// # Safety
+/// As for [`Tables::model`].
+pub(super) unsafe fn uniforms_request(
+    tables: &mut Tables,
+    value: &ProjectorValue,
+    view: &ProjectionUniforms,
+) -> Result<ViewRequest> {
+    let mut request = ViewRequest::from(View::Projection(view.into()));
+    request.early_exit = view.enableEarlyExit.get();
+    if value.projector.plan().engine == Backend::Metal {
+        request.lut_addresses = lut::addresses(value, view)?;
+    } else {
+        // SAFETY: the caller's promise is the same.
+        request.spectral = unsafe { tables.model(value, view)? };
+    }
+    Ok(request)
 }
 
 /// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by source and detector in float64. Rays are the segments

@@ -1,24 +1,33 @@
 //! Engines execute a plan. They share the plan and the rays, and nothing else.
 
 pub mod cpu;
+#[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
+mod cuda;
 mod device;
 mod encode;
+#[cfg_attr(
+    not(any(feature = "cuda", feature = "host", target_vendor = "apple")),
+    allow(dead_code, unused_imports, reason = "none of its engines is built")
+)]
 mod gpu;
 #[cfg(feature = "host")]
 pub mod host;
 mod images;
 #[cfg(target_vendor = "apple")]
-pub mod metal;
+mod metal;
 mod progress;
 pub mod reference;
+mod timings;
 
 use std::ffi::c_void;
 use std::sync::Arc;
 
 pub(crate) use device::Device;
+pub use device::DeviceChoice;
 pub use encode::DeviceOutputs;
 pub use images::{Images, Layers};
 pub use progress::{Progress, Report, SILENT};
+pub use timings::Timings;
 
 use crate::error::{Error, Result};
 use crate::physics::SpectralModel;
@@ -46,6 +55,9 @@ pub enum Backend {
 impl Backend {
     /// Every engine, there or not.
     pub const ALL: [Self; 5] = [Self::Reference, Self::Cpu, Self::Host, Self::Cuda, Self::Metal];
+
+    /// The engines of which the best that is there is taken, best first. The last one always is.
+    pub(crate) const BEST_FIRST: [Self; 3] = [Self::Metal, Self::Cuda, Self::Cpu];
 
     /// The name on command lines and in files.
     pub fn name(self) -> &'static str {
@@ -82,8 +94,8 @@ pub struct ViewJob {
     pub early_exit: bool,
     /// Spectral tables of this view alone, instead of the scene's.
     pub spectral: Option<Arc<SpectralModel>>,
-    /// Where an engine's GPU finds tables of this view alone, as in [`ProjectionUniforms`](crate::shared): spectrum,
-    /// mass attenuation; 0: the scene's.
+    /// Where Metal finds tables of this view alone, as in [`ProjectionUniforms`](crate::shared): spectrum, mass
+    /// attenuation; 0: the scene's.
     pub lut_addresses: [DrrAddress; 2],
 }
 
@@ -105,17 +117,31 @@ pub trait Engine: Send + Sync {
     /// `Cancelled` once the job's progress says so: each thread finishes at most one more piece of work; `OutOfMemory`.
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>>;
 
-    /// Puts the job's work into the caller's queue, without starting or awaiting it, and leaves the layers where
-    /// `outputs` says. The job's progress hears nothing.
-    ///
-    /// # Errors
-    /// `Unsupported` on engines whose memory is the host's; what the engine's own description says.
+    /// Puts the projection of all views into a queue of the device's and returns without waiting for it. The job's
+    /// progress hears nothing.
     ///
     /// # Safety
-    /// `queue` and what `outputs` points to are objects of the engine's GPU, as the engine describes them.
-    #[allow(unsafe_code, reason = "a queue and memory that Rust knows nothing of")]
+    /// `queue` and `outputs` are as [`DeviceOutputs`] says.
+    ///
+    /// # Errors
+    /// `Unsupported` where there is no queue: on the CPU; `InvalidArgument` for an output that the engine does not have.
+    #[allow(unsafe_code, reason = "queue and outputs are the caller's, and believed")]
     unsafe fn encode(&self, job: &Job<'_>, queue: *mut c_void, outputs: &DeviceOutputs) -> Result<()> {
         let _ = (job, queue, outputs);
-        Err(Error::Unsupported("only engines on a GPU put work into a queue of the caller's".into()))
+        Err(encode::unsupported())
+    }
+
+    /// What the device measured so far; `None` for engines of the CPU, which whoever calls them can time.
+    fn timings(&self) -> Option<Timings> {
+        None
+    }
+
+    /// Bytes per second, read and written, of one copy between two buffers of the device as large as the volume's,
+    /// by the device's clock; `None` for engines of the CPU.
+    ///
+    /// # Errors
+    /// `OutOfMemory` when the device has no room for the copy.
+    fn copy_bandwidth(&self) -> Result<Option<f64>> {
+        Ok(None)
     }
 }

@@ -33,6 +33,9 @@ pub struct Plan {
     pub materials: Vec<PlannedMaterial>,
     /// Energy bins summed per ray.
     pub energy_bins: usize,
+    /// Pixels that a GPU works on together, columns and rows, where one does. Changes the time and nothing else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub block: Option<[usize; 2]>,
     /// What runs, in order.
     pub stages: Vec<Stage>,
     /// What does not run, and why.
@@ -49,6 +52,12 @@ pub struct PlannedMaterial {
 }
 
 impl Plan {
+    /// Of a GPU's threads, which run by 32, all have pixels of one row, whose rays lie side by side in the volume.
+    pub(crate) const BLOCK: [usize; 2] = [32, 8];
+
+    /// On Metal, the specification's.
+    pub(crate) const METAL_BLOCK: [usize; 2] = [16, 16];
+
     /// Plans `scene` for `volume` on `engine`.
     ///
     /// # Errors
@@ -83,6 +92,11 @@ impl Plan {
             algorithm: scene.algorithm,
             supersampling: scene.supersampling,
             energy_bins: scene.spectral_model()?.bins(),
+            block: match engine {
+                Backend::Cuda => Some(Self::BLOCK),
+                Backend::Metal => Some(Self::METAL_BLOCK),
+                Backend::Reference | Backend::Cpu | Backend::Host => None,
+            },
             stages: Vec::new(),
             omissions: Vec::new(),
             materials,

@@ -18,7 +18,7 @@ use thread_sanitizer::ThreadSanitizer;
 use toolchain::{Compiler, Library, launch, run};
 
 /// Programs of `cabi-tests/`.
-const PROGRAMS: [&str; 12] = [
+const PROGRAMS: [&str; 13] = [
     "layout",
     "minimal",
     "errors",
@@ -30,6 +30,7 @@ const PROGRAMS: [&str; 12] = [
     "out_of_memory",
     "against_reference",
     "early_exit",
+    "gpu",
     "pipeline",
 ];
 

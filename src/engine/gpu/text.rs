@@ -1,11 +1,11 @@
 //! The kernel text, flattened for compilers that have no folder to include from. `build.rs` makes it of `shaders/`.
 
 /// For Metal.
-#[cfg(target_vendor = "apple")]
+#[cfg_attr(not(target_vendor = "apple"), expect(dead_code, reason = "only Metal reads it"))]
 pub(crate) const METAL: &str = include_str!(concat!(env!("OUT_DIR"), "/drr.metal"));
 
 /// For NVIDIA's run-time compiler.
-#[expect(dead_code, reason = "the engine is still to come")]
+#[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
 pub(crate) const CUDA: &str = include_str!(concat!(env!("OUT_DIR"), "/drr.cu"));
 
 /// For a C++17 compiler of the host.

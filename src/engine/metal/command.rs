@@ -27,6 +27,8 @@ pub(super) struct Launch {
     views: Views,
     kernels: Arc<Kernels>,
     size: [usize; 2],
+    /// Columns and rows of a threadgroup.
+    block: [usize; 2],
     /// Of views with tables of their own, which are prepared first.
     uniforms: Option<Buffer>,
     weights: Buffer,
@@ -42,6 +44,7 @@ impl Launch {
     pub(super) fn new(
         device: &Device,
         prepared: &Prepared,
+        block: [usize; 2],
         views: &[ViewJob],
         outputs: &Outputs,
     ) -> Result<Self> {
@@ -59,6 +62,7 @@ impl Launch {
         Ok(Self {
             kernels: device.kernels(variant)?,
             size: prepared.size,
+            block,
             uniforms: uniforms.map(|all| Buffer::of(gpu, &all, "the views")).transpose()?,
             weights: Buffer::of(gpu, &views.spectra.weights, "the spectra")?,
             attenuation: Buffer::of(gpu, &views.spectra.attenuation, "the mass attenuation")?,
@@ -67,13 +71,17 @@ impl Launch {
         })
     }
 
+    /// Seconds that it took to compile its kernels.
+    pub(super) fn compile_seconds(&self) -> f64 {
+        self.kernels.compile_seconds
+    }
+
     /// Encodes it as one compute pass.
     ///
     /// # Errors
     /// `Unsupported` when Metal has no encoder for it.
     pub(super) fn encode(
         &self,
-        device: &Device,
         commands: &ProtocolObject<dyn MTLCommandBuffer>,
         volume: &DeviceVolume,
         outputs: &Outputs,
@@ -101,7 +109,7 @@ impl Launch {
         encoder.setComputePipelineState(&self.kernels.project);
         volume.bind(&encoder);
         outputs.bind(&encoder);
-        let [width, height] = device.threadgroup(self.kernels.project.maxTotalThreadsPerThreadgroup());
+        let [width, height] = fitting(self.block, self.kernels.project.maxTotalThreadsPerThreadgroup());
         let grid = MTLSize { width: self.size[0], height: self.size[1], depth: views };
         encoder.dispatchThreads_threadsPerThreadgroup(grid, MTLSize { width, height, depth: 1 });
         encoder.endEncoding();
@@ -137,6 +145,12 @@ pub(super) fn most_views(prepared: &Prepared) -> Result<usize> {
         }
         most => Ok(most),
     }
+}
+
+/// The columns and rows of a threadgroup that has at most so many threads: a kernel with many registers allows fewer.
+fn fitting([width, height]: [usize; 2], most: usize) -> [usize; 2] {
+    let width = width.min(most);
+    [width, height.min(most / width)]
 }
 
 /// A view's uniforms, of which the kernel reads the addresses: its rays are in the beam, more exactly.

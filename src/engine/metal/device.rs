@@ -1,14 +1,14 @@
 //! An Apple GPU, and what projectors on it share.
 
 use std::collections::HashMap;
-use std::ffi::c_void;
+use std::ffi::{CStr, CString, c_void};
 use std::ptr::NonNull;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use objc2::available;
 use objc2::rc::{Retained, autoreleasepool};
 use objc2::runtime::ProtocolObject;
+use objc2_foundation::NSProcessInfo;
 use objc2_metal::{MTLCommandBuffer, MTLCommandQueue, MTLCreateSystemDefaultDevice, MTLDevice};
 
 use crate::engine::metal::failure::none;
@@ -21,74 +21,46 @@ use crate::volume::Volume;
 #[link(name = "CoreGraphics", kind = "framework")]
 unsafe extern "C" {}
 
-/// Width and height of a threadgroup in pixels, unless a device is told otherwise: the specification's.
-const THREADGROUP: [usize; 2] = [16, 16];
-
 /// A GPU, its kernels and the volumes on it. May be used from many threads at once.
-pub struct Device {
+pub(crate) struct Device {
+    name: CString,
     gpu: Retained<ProtocolObject<dyn MTLDevice>>,
     queue: Retained<ProtocolObject<dyn MTLCommandQueue>>,
     kernels: Mutex<HashMap<Variant, Arc<Kernels>>>,
     volumes: Mutex<Vec<(Weak<Volume>, Weak<DeviceVolume>)>>,
-    threadgroup: [usize; 2],
-    last_seconds: AtomicU64,
 }
 
 impl Device {
-    /// The GPU that this machine prefers.
+    /// A GPU of the caller's choice, an `id<MTLDevice>` that is kept alive; or the one that this machine prefers.
     ///
     /// # Errors
     /// `Unsupported` before macOS 13, and where there is no GPU.
-    pub fn system_default() -> Result<Self> {
+    pub(crate) fn open(choice: Option<NonNull<c_void>>) -> Result<Self> {
         check_system()?;
-        autoreleasepool(|_| Self::of(MTLCreateSystemDefaultDevice().ok_or_else(none("GPU"))?))
-    }
-
-    /// A GPU of the caller's choice, which is kept alive.
-    ///
-    /// # Errors
-    /// As [`Device::system_default`].
-    ///
-    /// # Safety
-    /// `device` is an `id<MTLDevice>`.
-    pub unsafe fn retained(device: NonNull<c_void>) -> Result<Self> {
-        check_system()?;
-        // SAFETY: the caller's promise.
-        let gpu = unsafe { Retained::retain(device.cast().as_ptr()) };
-        autoreleasepool(|_| Self::of(gpu.ok_or_else(none("GPU"))?))
+        autoreleasepool(|_| {
+            let gpu = match choice {
+                // SAFETY: such an object, by the promise of whoever made the choice.
+                Some(device) => unsafe { Retained::retain(device.cast().as_ptr()) },
+                None => MTLCreateSystemDefaultDevice(),
+            };
+            Self::of(gpu.ok_or_else(none("GPU"))?)
+        })
     }
 
     fn of(gpu: Retained<ProtocolObject<dyn MTLDevice>>) -> Result<Self> {
         let queue = gpu.newCommandQueue().ok_or_else(none("command queue"))?;
-        Ok(Self {
-            gpu,
-            queue,
-            kernels: Mutex::default(),
-            volumes: Mutex::default(),
-            threadgroup: THREADGROUP,
-            last_seconds: AtomicU64::new(0),
-        })
-    }
-
-    /// The same device with threadgroups of width × height pixels, which change the speed and no image. What a kernel
-    /// cannot have is made lower.
-    #[must_use]
-    pub fn with_threadgroup(self, [width, height]: [usize; 2]) -> Self {
-        Self { threadgroup: [width.max(1), height.max(1)], ..self }
+        let name = CString::new(gpu.name().to_string()).unwrap_or_default();
+        Ok(Self { name, gpu, queue, kernels: Mutex::default(), volumes: Mutex::default() })
     }
 
     /// The GPU's name.
-    pub fn name(&self) -> String {
-        autoreleasepool(|_| self.gpu.name().to_string())
+    pub(crate) fn name(&self) -> &CStr {
+        &self.name
     }
 
-    /// Seconds that the GPU worked for the last call that projected on this device; 0 before the first.
-    pub fn last_gpu_seconds(&self) -> f64 {
-        f64::from_bits(self.last_seconds.load(Ordering::Relaxed))
-    }
-
-    pub(super) fn set_last_gpu_seconds(&self, seconds: f64) {
-        self.last_seconds.store(seconds.to_bits(), Ordering::Relaxed);
+    /// Metal comes with the system.
+    pub(crate) fn driver() -> String {
+        autoreleasepool(|_| format!("macOS {}", NSProcessInfo::processInfo().operatingSystemVersionString()))
     }
 
     pub(super) fn gpu(&self) -> &ProtocolObject<dyn MTLDevice> {
@@ -102,13 +74,6 @@ impl Device {
 
     pub(super) fn command_buffer(&self) -> Result<Retained<ProtocolObject<dyn MTLCommandBuffer>>> {
         self.queue.commandBuffer().ok_or_else(none("command buffer"))
-    }
-
-    /// Width and height of the threadgroups of a kernel that can have `most` threads in one.
-    pub(super) fn threadgroup(&self, most: usize) -> [usize; 2] {
-        let [width, height] = self.threadgroup;
-        let width = width.min(most);
-        [width, height.min(most / width)]
     }
 
     /// Kernels, compiled if they are new.

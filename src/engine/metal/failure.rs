@@ -19,16 +19,16 @@ pub(super) fn none(what: &str) -> impl FnOnce() -> Error {
 /// Whether a completed command buffer did what it was to do. `bytes` are those of its results.
 ///
 /// # Errors
-/// `OutOfMemory`; `Unsupported`, with Metal's words, when the GPU was lost, faulted or took too long.
+/// `OutOfMemory`; `Device`, with Metal's words, when the GPU was lost, faulted or took too long.
 pub(super) fn check(commands: &ProtocolObject<dyn MTLCommandBuffer>, bytes: usize) -> Result<()> {
     if commands.status() != MTLCommandBufferStatus::Error {
         return Ok(());
     }
     let Some(error) = commands.error() else {
-        return Err(Error::Unsupported("the GPU failed without a reason".into()));
+        return Err(Error::Device("the GPU failed without a reason".into()));
     };
     if error.code() == MTLCommandBufferError::OutOfMemory.0.cast_signed() {
         return Err(Error::OutOfMemory { what: "a projection on the GPU".into(), bytes });
     }
-    Err(refused("the GPU failed", &error))
+    Err(Error::Device(format!("the GPU failed: {}", error.localizedDescription())))
 }

@@ -1,5 +1,7 @@
 //! Kernels: the text with its definitions, compiled by Metal.
 
+use std::time::Instant;
+
 use objc2::rc::Retained;
 use objc2::runtime::{NSObject, ProtocolObject};
 use objc2::{ClassType, available};
@@ -26,6 +28,8 @@ pub(super) struct Kernels {
     pub project: Retained<ProtocolObject<dyn MTLComputePipelineState>>,
     /// For a thread per view: makes its own tables ready.
     pub prepare_tables: Retained<ProtocolObject<dyn MTLComputePipelineState>>,
+    /// Seconds that it took to compile them.
+    pub compile_seconds: f64,
 }
 
 impl Kernels {
@@ -34,6 +38,7 @@ impl Kernels {
     /// # Errors
     /// `Unsupported`, with the compiler's words.
     pub(super) fn compiled(device: &ProtocolObject<dyn MTLDevice>, variant: &Variant) -> Result<Self> {
+        let start = Instant::now();
         let source = NSString::from_str(METAL_TEXT);
         let library = device
             .newLibraryWithSource_options_error(&source, Some(&options(variant)))
@@ -47,6 +52,7 @@ impl Kernels {
         Ok(Self {
             project: pipeline(ns_string!("projectPolyenergeticDRR"))?,
             prepare_tables: pipeline(ns_string!("prepareViewTables"))?,
+            compile_seconds: start.elapsed().as_secs_f64(),
         })
     }
 }

@@ -12,33 +12,40 @@ mod volume;
 
 use std::ffi::c_void;
 use std::ptr::NonNull;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use objc2::rc::{Retained, autoreleasepool};
 use objc2::runtime::ProtocolObject;
-use objc2_metal::{MTLCommandBuffer, MTLCommandBufferStatus, MTLDevice};
+use objc2_metal::{
+    MTLBlitCommandEncoder, MTLBuffer, MTLCommandBuffer, MTLCommandBufferStatus, MTLCommandEncoder, MTLDevice,
+};
 
 use crate::engine::gpu::Prepared;
-use crate::engine::{DeviceOutputs, Engine, Images, Job};
+use crate::engine::{DeviceOutputs, Engine, Images, Job, Timings, ViewJob};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::volume::Volume;
 use command::{Launch, most_views};
-pub use device::Device;
+pub(crate) use device::Device;
+use failure::none;
+use objects::Buffer;
 use outputs::Outputs;
 use time::Stopwatch;
 use volume::DeviceVolume;
-pub use volume::Texture;
+pub(crate) use volume::Texture;
 
 /// Views of one launch: enough to share what they read of the volume, few enough to be cancelled soon.
 const VIEWS_AT_ONCE: usize = 4;
 
 /// The kernel on a GPU, ready for one scene and one volume.
-pub struct Metal {
+pub(crate) struct Metal {
     device: Arc<Device>,
     prepared: Prepared,
     volume: Arc<DeviceVolume>,
+    /// Columns and rows of a threadgroup.
+    block: [usize; 2],
+    timings: Mutex<Timings>,
 }
 
 impl Metal {
@@ -46,13 +53,33 @@ impl Metal {
     ///
     /// # Errors
     /// `Unsupported` for a volume that is too large, or in a texture that is not Metal's; `OutOfMemory`.
-    pub fn new(device: &Arc<Device>, volume: &Arc<Volume>, scene: &Scene, plan: &Plan) -> Result<Self> {
+    pub(crate) fn new(
+        device: &Arc<Device>,
+        volume: &Arc<Volume>,
+        scene: &Scene,
+        plan: &Plan,
+    ) -> Result<Self> {
         autoreleasepool(|_| {
             let on_device = device.volume(volume)?;
             let voxels = &on_device.voxels;
             let prepared = Prepared::new(volume, voxels, voxels.layout(), scene, plan)?;
-            Ok(Self { device: device.clone(), prepared, volume: on_device })
+            let timings = Timings {
+                upload_seconds: on_device.upload_seconds,
+                volume_bytes: on_device.bytes(),
+                ..Timings::default()
+            };
+            Ok(Self {
+                device: device.clone(),
+                prepared,
+                volume: on_device,
+                block: plan.block.unwrap_or(Plan::METAL_BLOCK),
+                timings: Mutex::new(timings),
+            })
         })
+    }
+
+    fn launch(&self, views: &[ViewJob], outputs: &Outputs) -> Result<Launch> {
+        Launch::new(&self.device, &self.prepared, self.block, views, outputs)
     }
 
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
@@ -66,14 +93,15 @@ impl Metal {
         let materials = self.prepared.materials;
         let mut images = Images::zeroed([width, height], job.views.len(), materials, job.layers)?;
         let outputs = Outputs::new(&self.device, &self.prepared, at_once, job.layers)?;
-        let mut seconds = 0.0;
+        let mut kernel_seconds = 0.0;
         for (n, views) in job.views.chunks(at_once).enumerate() {
-            let launch = Launch::new(&self.device, &self.prepared, views, &outputs)?;
-            seconds += self.run(&launch, &outputs)?;
+            let launch = self.launch(views, &outputs)?;
+            kernel_seconds += self.run(&launch, &outputs)?;
             outputs.read(&mut images, n * at_once, views.len());
+            self.timings().compile_seconds = launch.compile_seconds();
             job.progress.finished(views.len() * width * height * self.prepared.rays_per_pixel)?;
         }
-        self.device.set_last_gpu_seconds(seconds);
+        self.timings().kernel_seconds = kernel_seconds;
         Ok(images)
     }
 
@@ -81,12 +109,43 @@ impl Metal {
     fn run(&self, launch: &Launch, outputs: &Outputs) -> Result<f64> {
         let commands = self.device.command_buffer()?;
         let stopwatch = Stopwatch::new(self.device.gpu());
-        launch.encode(&self.device, &commands, &self.volume, outputs, Some(&stopwatch))?;
-        commands.commit();
-        commands.waitUntilCompleted();
-        failure::check(&commands, outputs.bytes())?;
+        launch.encode(&commands, &self.volume, outputs, Some(&stopwatch))?;
+        finish(&commands, outputs.bytes())?;
         Ok(stopwatch.seconds(self.device.gpu(), &commands))
     }
+
+    /// Bytes per second, read and written, of a copy of the voxels.
+    fn copy(&self) -> Result<Option<f64>> {
+        let Some(voxels) = self.volume.largest() else { return Ok(None) };
+        let bytes = voxels.length();
+        let copy = Buffer::new(self.device.gpu(), bytes, "a copy of the voxels")?;
+        let mut seconds = f64::NAN;
+        // The first copy also makes the memory's pages.
+        for _ in 0..2 {
+            let commands = self.device.command_buffer()?;
+            let encoder = commands.blitCommandEncoder().ok_or_else(none("blit encoder"))?;
+            // SAFETY: both buffers are that long.
+            unsafe {
+                encoder
+                    .copyFromBuffer_sourceOffset_toBuffer_destinationOffset_size(voxels, 0, &copy, 0, bytes);
+            }
+            encoder.endEncoding();
+            finish(&commands, bytes)?;
+            seconds = commands.GPUEndTime() - commands.GPUStartTime();
+        }
+        Ok(Some(2.0 * bytes as f64 / seconds))
+    }
+
+    fn timings(&self) -> MutexGuard<'_, Timings> {
+        self.timings.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Runs what has been encoded to its end. `bytes` are those of its results.
+fn finish(commands: &ProtocolObject<dyn MTLCommandBuffer>, bytes: usize) -> Result<()> {
+    commands.commit();
+    commands.waitUntilCompleted();
+    failure::check(commands, bytes)
 }
 
 impl Engine for Metal {
@@ -107,9 +166,17 @@ impl Engine for Metal {
             // SAFETY: the caller's promise.
             let outputs =
                 unsafe { Outputs::retained(&self.device, &self.prepared, job.views.len(), outputs)? };
-            let launch = Launch::new(&self.device, &self.prepared, job.views, &outputs)?;
-            launch.encode(&self.device, &commands, &self.volume, &outputs, None)
+            let launch = self.launch(job.views, &outputs)?;
+            launch.encode(&commands, &self.volume, &outputs, None)
         })
+    }
+
+    fn timings(&self) -> Option<Timings> {
+        Some(*self.timings())
+    }
+
+    fn copy_bandwidth(&self) -> Result<Option<f64>> {
+        autoreleasepool(|_| self.copy())
     }
 }
 

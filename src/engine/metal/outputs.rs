@@ -85,7 +85,7 @@ impl Outputs {
             intensity: buffer("intensity", given.intensity, 1)?,
             line_integral: buffer("line_integral", given.line_integral, 1)?,
             areal_density: buffer("areal_density", given.areal_density, prepared.materials)?,
-            bone_path: buffer("bone_path_mm", given.bone_path_mm, 1)?,
+            bone_path: buffer("bone_path_mm", given.bone_path, 1)?,
             image,
         };
         // The kernel copies to the texture what it has written to the buffer.
@@ -168,7 +168,11 @@ fn check_buffer(
     bytes: usize,
 ) -> Result<()> {
     if !device.is(&buffer.device()) {
-        return Err(Error::invalid(format!("outputs.{name}'s GPU"), buffer.device().name(), device.name()));
+        return Err(Error::invalid(
+            format!("outputs.{name}'s GPU"),
+            buffer.device().name(),
+            device.name().to_string_lossy(),
+        ));
     }
     if buffer.length() < bytes {
         let valid = format!("at least {bytes} bytes");
@@ -187,7 +191,7 @@ fn check_image(
         Error::invalid(format!("outputs.intensity_texture's {what}"), value, valid)
     };
     if !device.is(&texture.device()) {
-        return Err(invalid("GPU", &texture.device().name(), device.name()));
+        return Err(invalid("GPU", &texture.device().name(), device.name().to_string_lossy().into_owned()));
     }
     if texture.pixelFormat() != MTLPixelFormat::R32Float {
         return Err(invalid("format", &texture.pixelFormat().0, "MTLPixelFormatR32Float".into()));

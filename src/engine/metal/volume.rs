@@ -2,11 +2,12 @@
 
 use std::ffi::c_void;
 use std::ptr::NonNull;
+use std::time::Instant;
 
 use objc2::rc::autoreleasepool;
 use objc2::runtime::ProtocolObject;
 use objc2_metal::{
-    MTLComputeCommandEncoder, MTLDevice, MTLPixelFormat, MTLResource, MTLTexture, MTLTextureType,
+    MTLBuffer, MTLComputeCommandEncoder, MTLDevice, MTLPixelFormat, MTLResource, MTLTexture, MTLTextureType,
     MTLTextureUsage,
 };
 
@@ -19,7 +20,7 @@ use crate::volume::{Volume, Voxels};
 /// A 3D texture of int16 HU that the caller's pipeline has on the GPU, for
 /// [`Volume::from_texture`](crate::volume::Volume::from_texture). It is kept alive; its texels are read when views are
 /// projected, and must not be written meanwhile.
-pub struct Texture {
+pub(crate) struct Texture {
     object: TextureObject,
 }
 
@@ -31,7 +32,7 @@ impl Texture {
     ///
     /// # Safety
     /// `texture` is an `id<MTLTexture>`.
-    pub unsafe fn retained(
+    pub(crate) unsafe fn retained(
         device: &Device,
         texture: NonNull<c_void>,
         dimensions: [usize; 3],
@@ -47,7 +48,11 @@ impl Texture {
 
 fn check(device: &Device, texture: &ProtocolObject<dyn MTLTexture>, dimensions: [usize; 3]) -> Result<()> {
     if !device.is(&texture.device()) {
-        return Err(Error::invalid("texture's GPU", texture.device().name(), device.name()));
+        return Err(Error::invalid(
+            "texture's GPU",
+            texture.device().name(),
+            device.name().to_string_lossy(),
+        ));
     }
     if texture.textureType() != MTLTextureType::Type3D {
         return Err(Error::invalid("texture's type", texture.textureType().0, "MTLTextureType3D"));
@@ -70,6 +75,8 @@ fn check(device: &Device, texture: &ProtocolObject<dyn MTLTexture>, dimensions: 
 pub(super) struct DeviceVolume {
     /// How it is stored.
     pub voxels: DeviceVoxels,
+    /// Seconds that it took to make it.
+    pub upload_seconds: f64,
     stored: Stored,
     density_of_value: Buffer,
     occupied: Buffer,
@@ -87,6 +94,7 @@ impl DeviceVolume {
     /// # Errors
     /// `Unsupported` for a volume that is too large, or in a texture that is not Metal's; `OutOfMemory`.
     pub(super) fn new(device: &Device, volume: &Volume) -> Result<Self> {
+        let start = Instant::now();
         let voxels = DeviceVoxels::new(volume)?;
         let count: usize = voxels.framed().iter().product();
         let buffer = |bytes: usize| Buffer::new(device.gpu(), bytes, "the volume's voxels");
@@ -115,7 +123,25 @@ impl DeviceVolume {
         })?;
         let density_of_value = Buffer::of(device.gpu(), voxels.density_of_value(), "the table of densities")?;
         let occupied = Buffer::of(device.gpu(), &voxels.occupancy(volume)?, "the volume's occupancy")?;
-        Ok(Self { voxels, stored, density_of_value, occupied })
+        let upload_seconds = start.elapsed().as_secs_f64();
+        Ok(Self { voxels, upload_seconds, stored, density_of_value, occupied })
+    }
+
+    /// The largest buffer of voxels; none for a texture, which is the caller's.
+    pub(super) fn largest(&self) -> Option<&Buffer> {
+        match &self.stored {
+            Stored::Coded(voxels) | Stored::Dense(voxels, _) => Some(voxels),
+            Stored::Texture(..) => None,
+        }
+    }
+
+    /// Bytes of the GPU's memory.
+    pub(super) fn bytes(&self) -> usize {
+        let voxels = match &self.stored {
+            Stored::Coded(codes) | Stored::Texture(_, codes) => codes.length(),
+            Stored::Dense(densities, labels) => densities.length() + labels.length(),
+        };
+        voxels + self.density_of_value.length() + self.occupied.length()
     }
 
     /// Gives the kernel its arguments.
