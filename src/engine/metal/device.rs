@@ -9,7 +9,10 @@ use objc2::available;
 use objc2::rc::{Retained, autoreleasepool};
 use objc2::runtime::ProtocolObject;
 use objc2_foundation::NSProcessInfo;
-use objc2_metal::{MTLCommandBuffer, MTLCommandQueue, MTLCreateSystemDefaultDevice, MTLDevice};
+use objc2_metal::{
+    MTLCommandBuffer, MTLCommandBufferStatus, MTLCommandQueue, MTLCreateSystemDefaultDevice, MTLDevice,
+    MTLGPUFamily,
+};
 
 use crate::engine::metal::failure::none;
 use crate::engine::metal::library::{Kernels, Variant};
@@ -34,7 +37,7 @@ impl Device {
     /// A GPU of the caller's choice, an `id<MTLDevice>` that is kept alive; or the one that this machine prefers.
     ///
     /// # Errors
-    /// `Unsupported` before macOS 13, and where there is no GPU.
+    /// `Unsupported` before macOS 13, and where there is no GPU with Metal 3.
     pub(crate) fn open(choice: Option<NonNull<c_void>>) -> Result<Self> {
         check_system()?;
         autoreleasepool(|_| {
@@ -48,6 +51,10 @@ impl Device {
     }
 
     fn of(gpu: Retained<ProtocolObject<dyn MTLDevice>>) -> Result<Self> {
+        // Threadgroups at the detector's edge may be smaller, and buffers may hold GPU addresses.
+        if !gpu.supportsFamily(MTLGPUFamily::Metal3) {
+            return Err(Error::Unsupported(format!("{} does not have Metal 3", gpu.name())));
+        }
         let queue = gpu.newCommandQueue().ok_or_else(none("command queue"))?;
         let name = CString::new(gpu.name().to_string()).unwrap_or_default();
         Ok(Self { name, gpu, queue, kernels: Mutex::default(), volumes: Mutex::default() })
@@ -74,6 +81,38 @@ impl Device {
 
     pub(super) fn command_buffer(&self) -> Result<Retained<ProtocolObject<dyn MTLCommandBuffer>>> {
         self.queue.commandBuffer().ok_or_else(none("command buffer"))
+    }
+
+    /// A command buffer of the caller's.
+    ///
+    /// # Errors
+    /// `InvalidArgument` when nothing can be encoded into it, or it would not keep what it uses.
+    ///
+    /// # Safety
+    /// `queue` is null or an `id<MTLCommandBuffer>`.
+    pub(super) unsafe fn callers_command_buffer(
+        &self,
+        queue: *mut c_void,
+    ) -> Result<Retained<ProtocolObject<dyn MTLCommandBuffer>>> {
+        let invalid = |value: &str| {
+            let valid = "an id<MTLCommandBuffer> of the context's GPU that retains its references and is not committed";
+            Error::invalid("queue", value, valid)
+        };
+        // SAFETY: the caller's promise.
+        let commands: Option<Retained<ProtocolObject<dyn MTLCommandBuffer>>> =
+            unsafe { Retained::retain(queue.cast()) };
+        let commands = commands.ok_or_else(|| invalid("NULL"))?;
+        if !self.is(&commands.device()) {
+            return Err(invalid(&format!("of {}", commands.device().name())));
+        }
+        if !commands.retainedReferences() {
+            return Err(invalid("without retained references"));
+        }
+        let status = commands.status();
+        if status != MTLCommandBufferStatus::NotEnqueued && status != MTLCommandBufferStatus::Enqueued {
+            return Err(invalid("committed"));
+        }
+        Ok(commands)
     }
 
     /// Kernels, compiled if they are new.

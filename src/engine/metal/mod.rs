@@ -11,14 +11,11 @@ mod time;
 mod volume;
 
 use std::ffi::c_void;
-use std::ptr::NonNull;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use objc2::rc::{Retained, autoreleasepool};
+use objc2::rc::autoreleasepool;
 use objc2::runtime::ProtocolObject;
-use objc2_metal::{
-    MTLBlitCommandEncoder, MTLBuffer, MTLCommandBuffer, MTLCommandBufferStatus, MTLCommandEncoder, MTLDevice,
-};
+use objc2_metal::{MTLBlitCommandEncoder, MTLBuffer, MTLCommandBuffer, MTLCommandEncoder};
 
 use crate::engine::gpu::Prepared;
 use crate::engine::{DeviceOutputs, Engine, Images, Job, Timings, ViewJob};
@@ -82,7 +79,7 @@ impl Metal {
         Launch::new(&self.device, &self.prepared, self.block, views, outputs)
     }
 
-    fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
+    fn images(&self, job: &Job<'_>) -> Result<Images<f32>> {
         if job.views.iter().any(|view| view.lut_addresses != [0, 0]) {
             let text = "tables at GPU addresses must be resident for the command buffer that reads them, which only \
                         the caller can see to: encode into a command buffer of your own";
@@ -98,20 +95,23 @@ impl Metal {
             let launch = self.launch(views, &outputs)?;
             kernel_seconds += self.run(&launch, &outputs)?;
             outputs.read(&mut images, n * at_once, views.len());
-            self.timings().compile_seconds = launch.compile_seconds();
+            self.measured().compile_seconds = launch.compile_seconds();
             job.progress.finished(views.len() * width * height * self.prepared.rays_per_pixel)?;
         }
-        self.timings().kernel_seconds = kernel_seconds;
+        self.measured().kernel_seconds = kernel_seconds;
         Ok(images)
     }
 
     /// Runs one launch to its end; the seconds that the GPU took.
     fn run(&self, launch: &Launch, outputs: &Outputs) -> Result<f64> {
-        let commands = self.device.command_buffer()?;
-        let stopwatch = Stopwatch::new(self.device.gpu());
-        launch.encode(&commands, &self.volume, outputs, Some(&stopwatch))?;
-        finish(&commands, outputs.bytes())?;
-        Ok(stopwatch.seconds(self.device.gpu(), &commands))
+        // A job may have thousands of launches, whose command buffers keep what they use.
+        autoreleasepool(|_| {
+            let commands = self.device.command_buffer()?;
+            let stopwatch = Stopwatch::new(self.device.gpu());
+            launch.encode(&commands, &self.volume, outputs, Some(&stopwatch))?;
+            finish(&commands, outputs.bytes())?;
+            Ok(stopwatch.seconds(self.device.gpu(), &commands))
+        })
     }
 
     /// Bytes per second, read and written, of a copy of the voxels.
@@ -136,7 +136,7 @@ impl Metal {
         Ok(Some(2.0 * bytes as f64 / seconds))
     }
 
-    fn timings(&self) -> MutexGuard<'_, Timings> {
+    fn measured(&self) -> MutexGuard<'_, Timings> {
         self.timings.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -150,7 +150,7 @@ fn finish(commands: &ProtocolObject<dyn MTLCommandBuffer>, bytes: usize) -> Resu
 
 impl Engine for Metal {
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
-        autoreleasepool(|_| self.project(job))
+        autoreleasepool(|_| self.images(job))
     }
 
     /// `queue` is an `id<MTLCommandBuffer>` of the engine's GPU that retains its references, is not committed, and has no
@@ -162,7 +162,7 @@ impl Engine for Metal {
     unsafe fn encode(&self, job: &Job<'_>, queue: *mut c_void, outputs: &DeviceOutputs) -> Result<()> {
         autoreleasepool(|_| {
             // SAFETY: the caller's promise.
-            let commands = unsafe { self.commands(queue)? };
+            let commands = unsafe { self.device.callers_command_buffer(queue)? };
             // SAFETY: the caller's promise.
             let outputs =
                 unsafe { Outputs::retained(&self.device, &self.prepared, job.views.len(), outputs)? };
@@ -172,43 +172,10 @@ impl Engine for Metal {
     }
 
     fn timings(&self) -> Option<Timings> {
-        Some(*self.timings())
+        Some(*self.measured())
     }
 
     fn copy_bandwidth(&self) -> Result<Option<f64>> {
         autoreleasepool(|_| self.copy())
-    }
-}
-
-impl Metal {
-    /// The caller's command buffer.
-    ///
-    /// # Safety
-    /// `queue` is null or an `id<MTLCommandBuffer>`.
-    unsafe fn commands(&self, queue: *mut c_void) -> Result<Retained<ProtocolObject<dyn MTLCommandBuffer>>> {
-        let invalid = |value: &str| {
-            Error::invalid(
-                "queue",
-                value,
-                "an id<MTLCommandBuffer> of the context's GPU that retains its references and is not committed",
-            )
-        };
-        let pointer = NonNull::new(queue).ok_or_else(|| invalid("NULL"))?;
-        // SAFETY: the caller's promise.
-        let commands: Option<Retained<ProtocolObject<dyn MTLCommandBuffer>>> =
-            unsafe { Retained::retain(pointer.cast().as_ptr()) };
-        let commands = commands.ok_or_else(|| invalid("NULL"))?;
-        if !self.device.is(&commands.device()) {
-            return Err(invalid(&format!("of {}", commands.device().name())));
-        }
-        if !commands.retainedReferences() {
-            return Err(invalid("without retained references"));
-        }
-        if commands.status() != MTLCommandBufferStatus::NotEnqueued
-            && commands.status() != MTLCommandBufferStatus::Enqueued
-        {
-            return Err(invalid("committed"));
-        }
-        Ok(commands)
     }
 }
