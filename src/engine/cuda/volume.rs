@@ -71,12 +71,12 @@ impl DeviceVolume {
         let voxels = DeviceVoxels::new(volume)?;
         let count: usize = voxels.framed().iter().product();
         let table = voxels.density_of_value();
-        let (first, second) = match voxels.layout() {
-            Layout::Dense => (4 * count, count),
-            Layout::Coded | Layout::Texture => (2 * count, size_of_val(table)),
+        let (first, second, what) = match voxels.layout() {
+            Layout::Dense => (4 * count, count, "the labels"),
+            Layout::Coded | Layout::Texture => (2 * count, size_of_val(table), "the table of densities"),
         };
         let first = Buffer::new(device, first, "the voxels")?;
-        let second = (second > 0).then(|| Buffer::new(device, second, "labels or densities")).transpose()?;
+        let second = (second > 0).then(|| Buffer::new(device, second, what)).transpose()?;
         let made = Self { voxels, first, second, upload_seconds: 0.0 };
         made.copy(device, volume)?;
         Ok(Self { upload_seconds: start.elapsed().as_secs_f64(), ..made })
