@@ -36,10 +36,10 @@ static int load(void) {
 }
 
 /* A context's child, as a C program makes it. */
-static int create(const DrrContext *context, const DrrScene *scene, DrrProjector **projector) {
+static int create(const DrrContext *context, const int16_t *hu, const DrrScene *scene, DrrProjector **projector) {
     const DrrVolumeDescriptor descriptor = water_descriptor();
     DrrVolume *volume = NULL;
-    OK(drr_volume_create(context, &descriptor, water_ball(), NULL, &volume));
+    OK(drr_volume_create(context, &descriptor, hu, NULL, &volume));
     OK(drr_projector_create(volume, scene, projector));
     OK(drr_volume_destroy(volume));
     return 0;
@@ -88,7 +88,7 @@ static int tables(const DrrContext *context, const DrrProjector *plain, void *st
     DrrScene scene = water_scene();
     scene.spectrum = spectrum;
     DrrProjector *own = NULL;
-    if (create(context, &scene, &own)) return 1;
+    if (create(context, water_ball(), &scene, &own)) return 1;
     const DrrDetectorPose pose = water_pose(6.0);
     ProjectionUniforms view;
     OK(drr_uniforms_cone(&pose, WIDTH, HEIGHT, &view));
@@ -105,10 +105,34 @@ static int tables(const DrrContext *context, const DrrProjector *plain, void *st
     view.spectrumLutAddress = address + 1;
     CHECK(drr_projector_project(plain, &view, 1, &outputs) == DRR_STATUS_INVALID_ARGUMENT);
     CHECK(strstr(drr_last_error_message(), "spectrumLutAddress is 0x") != NULL);
+    CHECK(strstr(drr_last_error_message(), "aligned to 4 bytes") != NULL);
     view.spectrumLutAddress = address;
     OK(drr_projector_project(plain, &view, 1, &outputs));
     CHECK(memcmp(projected[0], projected[1], sizeof(float) * PIXELS) == 0);
     CHECK(driver.give_back(address) == 0);
+    return 0;
+}
+
+/* A volume without bone has a bone path too: of zeros, whatever was in the memory before. */
+static int boneless(const DrrContext *context, void *stream) {
+    static const int16_t water[N * N * N];
+    const DrrScene scene = water_scene();
+    const DrrDetectorPose pose = water_pose(6.0);
+    DrrProjector *projector = NULL;
+    if (create(context, water, &scene, &projector)) return 1;
+    for (int i = 0; i < PIXELS; i++) encoded[0][i] = 1.0f;
+    Address address;
+    CHECK(driver.allocate(&address, PIXELS * sizeof(float)) == 0);
+    CHECK(driver.up(address, encoded[0], PIXELS * sizeof(float), stream) == 0);
+    DrrDeviceOutputs places;
+    OK(drr_device_outputs_init(&places));
+    places.bone_path_mm = (void *)(uintptr_t)address;
+    OK(drr_projector_encode_poses(projector, &pose, 1, stream, &places));
+    CHECK(driver.synchronize(stream) == 0);
+    CHECK(driver.down(encoded[0], address, PIXELS * sizeof(float)) == 0);
+    for (int i = 0; i < PIXELS; i++) CHECK(encoded[0][i] == 0.0f);
+    CHECK(driver.give_back(address) == 0);
+    OK(drr_projector_destroy(projector));
     return 0;
 }
 
@@ -138,9 +162,10 @@ int main(void) {
     const DrrScene scene = water_scene();
     DrrProjector *projector = NULL;
     void *device = NULL, *stream = NULL;
-    if (load() || indices() || create(context, &scene, &projector)) return 1;
+    if (load() || indices() || create(context, water_ball(), &scene, &projector)) return 1;
     CHECK(driver.retain(&device, 0) == 0 && driver.push(device) == 0 && driver.create(&stream, 1) == 0);
     if (images(projector, stream) || images(projector, NULL) || tables(context, projector, stream)) return 1;
+    if (boneless(context, stream)) return 1;
     OK(drr_projector_destroy(projector));
     OK(drr_context_destroy(context));
     CHECK(driver.destroy(stream) == 0 && driver.pop(&device) == 0 && driver.release(0) == 0);
