@@ -422,12 +422,12 @@ DrrStatus drr_pose_c_arm(const double *centre,
 /// Hears, while a call runs, the fraction of its rays that is done, 0 to 1, and answers whether to go on. `user_data`
 /// is the caller's own.
 ///
-/// Called after every few hundred rays of a thread, on a GPU after every few views: from the library's threads or the calling one, one call at a time,
-/// with fractions that grow and end, unless the call fails, at 1. It should be quick, because the thread that is in it
-/// projects nothing. It must not throw a C++ exception, not jump out with longjmp, and not call this library.
+/// Called after every few hundred rays of a thread, on a GPU after every few views: from the library's threads or the
+/// calling one, one call at a time, with fractions that grow and end, unless the call fails, at 1. It should be quick,
+/// because the thread that is in it projects nothing. It must not throw a C++ exception, not jump out with longjmp, and not call this library.
 ///
-/// Once it has answered false it is not called again, each thread finishes at most 1024 more rays, a GPU none, and the call fails
-/// with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
+/// Once it has answered false it is not called again, each thread finishes at most 1024 more rays, a GPU none, and the
+/// call fails with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
 typedef bool (*DrrProgress)(void *user_data, double fraction);
 
 /// Where a projection's float32 images go; NULL for what is not wanted, which then costs nothing. Fill it with
@@ -513,8 +513,8 @@ const char *drr_projector_describe(const struct DrrProjector *projector);
 ///
 /// Everything is computed before anything is written: on failure the outputs are as before. Fails with
 /// DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, DRR_STATUS_DEVICE when a GPU fails, or DRR_STATUS_CANCELLED
-/// when outputs->progress answers false. Any thread, also with one projector from many at once, each with outputs of its own. The same call gives the
-/// same bytes for any number of threads.
+/// when outputs->progress answers false. Any thread, also with one projector from many at once, each with outputs of
+/// its own. The same call gives the same bytes for any number of threads.
 DrrStatus drr_projector_project(const struct DrrProjector *projector,
                                 const ProjectionUniforms *views,
                                 size_t view_count,
