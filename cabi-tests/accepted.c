@@ -229,7 +229,7 @@ static int source_in_the_middle(void) {
 }
 
 int main(void) {
-    OK(drr_context_create(NULL, &context));
+    OK(create_cpu_context(&context));
     if (sizes_of_voxels_and_volumes() || a_negative_determinant() || padding_is_vacuum()) return 1;
     if (steps_at_both_ends() || eight_materials_at_one_energy() || unread_fields()) return 1;
     if (bytes_of_uniforms() || source_in_the_middle()) return 1;

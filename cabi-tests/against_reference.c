@@ -117,7 +117,7 @@ int main(void) {
     DrrContext *context = NULL;
     DrrVolume *volume = NULL;
     const DrrVolumeDescriptor descriptor = water_descriptor();
-    OK(drr_context_create(NULL, &context));
+    OK(create_cpu_context(&context));
     OK(drr_volume_create(context, &descriptor, water_ball(), NULL, &volume));
     const int failed = compare(volume, DRR_ALGORITHM_JOSEPH, "Joseph", 0.02) ||
                        compare(volume, DRR_ALGORITHM_MARCH, "march", 0.02) ||

@@ -91,6 +91,7 @@ int main(void) {
     DrrProjector *projector = NULL;
     DrrContextOptions options;
     drr_context_options_init(&options);
+    options.backend = DRR_BACKEND_CPU; /* reports more often than a GPU */
     options.thread_count = 4;
     const DrrVolumeDescriptor descriptor = water_descriptor();
     DrrScene scene = water_scene();

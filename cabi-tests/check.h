@@ -14,6 +14,14 @@
         }                                                                                         \
     } while (0)
 
+/* An engine that is always there, whose LUT addresses are pointers. */
+static inline DrrStatus create_cpu_context(DrrContext **context) {
+    DrrContextOptions options;
+    drr_context_options_init(&options);
+    options.backend = DRR_BACKEND_CPU;
+    return drr_context_create(&options, context);
+}
+
 #define OK(call) CHECK((call) == DRR_STATUS_OK)
 
 #endif

@@ -27,11 +27,20 @@ static DrrStatus call_outputs_init(const Given *g) { return drr_outputs_init((Dr
 static DrrStatus call_reference_outputs_init(const Given *g) {
     return drr_reference_outputs_init((DrrReferenceOutputs *)g->outputs);
 }
+static DrrStatus call_device_outputs_init(const Given *g) {
+    return drr_device_outputs_init((DrrDeviceOutputs *)g->outputs);
+}
 static DrrStatus call_context_create(const Given *g) {
     return drr_context_create((const DrrContextOptions *)g->options, (DrrContext **)g->context);
 }
 static void context_place(Given *g) { g->context = &g->to.handle; }
 static void destroy_made_context(const Given *g) { drr_context_destroy((DrrContext *)g->to.handle); }
+static DrrStatus call_context_backend(const Given *g) {
+    return drr_context_backend((const DrrContext *)g->context, (DrrBackend *)g->backend);
+}
+static DrrStatus call_context_device_name(const Given *g) {
+    return drr_context_device_name((const DrrContext *)g->context) == NULL ? INVALID : DRR_STATUS_OK;
+}
 static DrrStatus call_context_destroy(const Given *g) { return drr_context_destroy((DrrContext *)g->context); }
 /* Destroying nothing is the good call: what a refused call leaves alone is not leaked. */
 static void no_context(Given *g) { g->context = NULL; }
@@ -41,6 +50,9 @@ static const Function options_init = {"drr_context_options_init", NULL, call_opt
                       scene_init = {"drr_scene_init", NULL, call_scene_init, NULL},
                       outputs_init = {"drr_outputs_init", NULL, call_outputs_init, NULL},
                       reference_outputs_init = {"drr_reference_outputs_init", NULL, call_reference_outputs_init, NULL},
+                      device_outputs_init = {"drr_device_outputs_init", NULL, call_device_outputs_init, NULL},
+                      context_backend = {"drr_context_backend", NULL, call_context_backend, NULL},
+                      context_device_name = {"drr_context_device_name", NULL, call_context_device_name, NULL},
                       context_create = {"drr_context_create", context_place, call_context_create, destroy_made_context},
                       context_destroy = {"drr_context_destroy", no_context, call_context_destroy, NULL};
 
@@ -53,28 +65,45 @@ static void context_destroyed(Given *g) {
     g->context = context;
 }
 
+#define CONTEXT_ROWS(f)                                                                                             \
+    {f, "context", "misaligned", context_askew, NOTHING, INVALID, "context is 0x", "a DrrContext"},                 \
+    {f, "context", "foreign", context_foreign, NOTHING, INVALID, "context is no such handle;",                      \
+     "a DrrContext that has not been destroyed"},                                                                   \
+    {f, "context", "destroyed", context_destroyed, NOTHING, INVALID, "context is ",                                 \
+     "a DrrContext that has not been destroyed"}
+#define BACKEND_ROW(code)                                                                                           \
+    {&context_create, "options.backend", "unknown", NULL, PUT(to.options.backend, DrrBackend, code), INVALID,       \
+     "options.backend is " #code ";", "DRR_BACKEND constants, 0 … 4"}
+#define DEVICE_ROW(index, value)                                                                                    \
+    {&context_create, "options.device_index", "huge", NULL, PUT(to.options.device_index, size_t, index), INVALID,   \
+     "options.device_index is " value ";", "0, because the engine cpu runs on the CPU"}
+
 static const Row context_rows[] = {
     POINTER_ROWS(&options_init, options, options, "8 bytes"),
     POINTER_ROWS(&descriptor_init, descriptor, descriptor, "8 bytes"),
     POINTER_ROWS(&scene_init, scene, scene, "8 bytes"),
     POINTER_ROWS(&outputs_init, outputs, outputs, "8 bytes"),
+    POINTER_ROWS(&device_outputs_init, outputs, device_outputs, "8 bytes"),
     POINTER_ROWS(&reference_outputs_init, outputs, reference_outputs, "8 bytes"),
     {&context_create, "options", "misaligned", NULL, ASKEW(options, options), INVALID, "options is 0x", "aligned to 8"},
-    STRUCT_SIZE_ROWS(&context_create, "options", options, "16"),
-    {&context_create, "options.backend", "unknown", NULL, PUT(to.options.backend, DrrBackend, 3), INVALID,
-     "options.backend is 3;", "DRR_BACKEND constants, 0 … 2"},
-    {&context_create, "options.backend", "unknown", NULL, PUT(to.options.backend, DrrBackend, UINT32_MAX), INVALID,
-     "options.backend is 4294967295;", "DRR_BACKEND constants, 0 … 2"},
+    STRUCT_SIZE_ROWS(&context_create, "options", options, "32"),
+    BACKEND_ROW(5),
+    BACKEND_ROW(4294967295),
+    DEVICE_ROW(1, "1"),
+    DEVICE_ROW(SIZE_MAX, "18446744073709551615"),
+    {&context_create, "options.metal_device", "not NULL", NULL, POINT(to.options.metal_device, &given), INVALID,
+     "options.metal_device is not NULL;", "NULL, because the engine is cpu"},
     {&context_create, "options.thread_count", "huge", NULL, PUT(to.options.thread_count, uint32_t, 1025), INVALID,
      "options.thread_count is 1025;", "0 (one per core) … 1024"},
     {&context_create, "options.thread_count", "huge", NULL, PUT(to.options.thread_count, uint32_t, UINT32_MAX), INVALID,
      "options.thread_count is 4294967295;", "0 (one per core) … 1024"},
     POINTER_ROWS(&context_create, context, handle, "8 bytes"),
-    {&context_destroy, "context", "misaligned", context_askew, NOTHING, INVALID, "context is 0x", "a DrrContext"},
-    {&context_destroy, "context", "foreign", context_foreign, NOTHING, INVALID, "context is no such handle;",
-     "a DrrContext that has not been destroyed"},
-    {&context_destroy, "context", "destroyed", context_destroyed, NOTHING, INVALID, "context is ",
-     "a DrrContext that has not been destroyed"},
+    CONTEXT_ROWS(&context_destroy),
+    CONTEXT_ROWS(&context_backend),
+    CONTEXT_ROWS(&context_device_name),
+    {&context_backend, "context", "NULL", NULL, POINT(context, NULL), INVALID, "context is NULL;", "a DrrContext"},
+    {&context_device_name, "context", "NULL", NULL, POINT(context, NULL), INVALID, "context is NULL;", "a DrrContext"},
+    POINTER_ROWS(&context_backend, backend, backend, "4 bytes"),
 };
 
 #endif

@@ -24,15 +24,17 @@ typedef struct Pointees {
     ProjectionUniforms views[VIEWS];
     DrrOutputs outputs;
     DrrReferenceOutputs reference_outputs;
+    DrrDeviceOutputs device_outputs;
     float images[3][IMAGES], areal_density[MATERIALS * IMAGES], values[ENERGIES];
     double reference_images[3][IMAGES], reference_areal_density[MATERIALS * IMAGES];
     void *handle;
+    DrrBackend backend;
 } Pointees;
 
 /* One member per parameter name of the header; functions read those that they have. */
 typedef struct Given {
     void *options, *context, *descriptor, *hu, *labels, *volume, *scene, *projector, *centre, *pose, *uniforms, *views,
-        *poses, *outputs, *weights, *coefficients, *factors;
+        *poses, *outputs, *weights, *coefficients, *factors, *queue, *backend;
     const char *name;
     double angle_degrees, source_axis_mm, source_detector_mm, pixel_mm, first_energy_kev, energy_step_kev;
     size_t width, height, energy_count, view_count;
@@ -97,6 +99,7 @@ static inline void good_views(Given *g) {
 static inline void good(Given *g) {
     memset(g, 0xa5, sizeof *g);
     drr_context_options_init(&g->to.options);
+    g->to.options.backend = DRR_BACKEND_CPU;
     g->to.options.thread_count = 1;
     g->options = &g->to.options;
     good_volume(g);
@@ -116,7 +119,14 @@ static inline void good(Given *g) {
     g->to.reference_outputs.line_integral = g->to.reference_images[1];
     g->to.reference_outputs.bone_path_mm = g->to.reference_images[2];
     g->to.reference_outputs.areal_density = g->to.reference_areal_density;
+    drr_device_outputs_init(&g->to.device_outputs);
+    g->to.device_outputs.intensity = g->to.images[0];
+    g->to.device_outputs.line_integral = g->to.images[1];
+    g->to.device_outputs.bone_path_mm = g->to.images[2];
+    g->to.device_outputs.areal_density = g->to.areal_density;
     g->outputs = &g->to.outputs;
+    g->queue = NULL;
+    g->backend = &g->to.backend;
     g->first_energy_kev = 15.0;
     g->energy_step_kev = 1.0;
     g->energy_count = ENERGIES;
@@ -125,9 +135,10 @@ static inline void good(Given *g) {
     g->uniforms = &g->to.views[0];
 }
 
+/* On the CPU, whose LUT addresses are pointers that C programs have. */
 static inline int create_live_handles(void) {
-    OK(drr_context_create(NULL, &live.context));
     good(&given);
+    OK(drr_context_create(&given.to.options, &live.context));
     DrrVolumeDescriptor *descriptor = &given.to.descriptor;
     DrrScene *scene = &given.to.scene;
     OK(drr_volume_create(live.context, descriptor, given.to.hu, NULL, &live.volume));

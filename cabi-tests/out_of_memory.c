@@ -146,6 +146,7 @@ int main(void) {
     DrrVolume *volume = NULL;
     DrrContextOptions options;
     drr_context_options_init(&options);
+    options.backend = DRR_BACKEND_CPU;
     options.thread_count = 2;
     const DrrVolumeDescriptor descriptor = water_descriptor();
     static float before[PIXELS], after[PIXELS];

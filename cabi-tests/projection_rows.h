@@ -15,11 +15,16 @@ static void projector_destroyed(Given *g) {
 static void no_images(Given *g) {
     drr_outputs_init(&g->to.outputs);
     drr_reference_outputs_init(&g->to.reference_outputs);
+    drr_device_outputs_init(&g->to.device_outputs);
+}
+static void no_bone_path(Given *g) {
+    g->to.outputs.bone_path_mm = NULL;
+    g->to.reference_outputs.bone_path_mm = NULL;
+    g->to.device_outputs.bone_path_mm = NULL;
 }
 static void boneless(Given *g) {
     g->projector = live.boneless;
-    g->to.outputs.bone_path_mm = NULL;
-    g->to.reference_outputs.bone_path_mm = NULL;
+    no_bone_path(g);
 }
 static void march_without_step(Given *g) { g->projector = live.unstepped; }
 
@@ -94,12 +99,12 @@ static void spectrum_lut_too_bright(Given *g) {
 }
 static void spectrum_lut_at_one_energy(Given *g) {
     g->projector = live.monoenergetic;
-    g->to.outputs.bone_path_mm = NULL;
+    no_bone_path(g);
     spectrum_lut(g);
 }
 static void mu_lut_at_one_energy(Given *g) {
     g->projector = live.monoenergetic;
-    g->to.outputs.bone_path_mm = NULL;
+    no_bone_path(g);
     mu_lut(g);
 }
 
@@ -112,75 +117,89 @@ static void mu_lut_at_one_energy(Given *g) {
 #define IMAGE_ROW(f, member, name, alignment)                                                                        \
     {f, "outputs." #name, "misaligned", NULL, ASKEW(to.member.name, images), INVALID, "outputs." #name " is 0x",     \
      "aligned to " alignment}
-#define PROJECTION_ROWS(f, member, alignment)                                                                        \
-    HANDLE_ROWS(f), COUNT_ROWS(f, "view_count", view_count, "65536", 65537),                                         \
-    {f, "view_count", "more than memory", more_than_memory, NOTHING, DRR_STATUS_OUT_OF_MEMORY, " bytes for ",        \
-     "the images"},                                                                                                  \
-    POINTER_ROWS(f, outputs, member, "8 bytes"), STRUCT_SIZE_ROWS(f, "outputs", member, "56"),                       \
+#define OUTPUTS_ROWS(f, member, size, alignment)                                                                     \
+    POINTER_ROWS(f, outputs, member, "8 bytes"), STRUCT_SIZE_ROWS(f, "outputs", member, size),                       \
     {f, "outputs", "NULL images", no_images, NOTHING, INVALID, "outputs is NULL for every image;",                   \
      "at least one image"},                                                                                          \
     IMAGE_ROW(f, member, intensity, alignment), IMAGE_ROW(f, member, line_integral, alignment),                      \
     IMAGE_ROW(f, member, areal_density, alignment), IMAGE_ROW(f, member, bone_path_mm, alignment),                   \
     {f, "outputs.bone_path_mm", "unplanned", boneless, PUT(to.member.bone_path_mm, void *, given.to.images),         \
      INVALID, "outputs.bone_path_mm is not NULL;", "NULL, because the scene is without DRR_EFFECT_BONE_PATH"}
+#define PROJECTION_ROWS(f, member, alignment)                                                                        \
+    HANDLE_ROWS(f), COUNT_ROWS(f, "view_count", view_count, "65536", 65537),                                         \
+    {f, "view_count", "more than memory", more_than_memory, NOTHING, DRR_STATUS_OUT_OF_MEMORY, " bytes for ",        \
+     "the images"},                                                                                                  \
+    OUTPUTS_ROWS(f, member, "56", alignment)
+#define ENCODING_ROWS(f)                                                                                             \
+    HANDLE_ROWS(f), COUNT_ROWS(f, "view_count", view_count, "65536", 65537),                                         \
+    OUTPUTS_ROWS(f, device_outputs, "48", "4 bytes"), IMAGE_ROW(f, device_outputs, intensity_texture, "4 bytes")
 
 #define ENTRY(entry, number)                                                                                         \
     {offsetof(Given, to.views[1].modelViewProjectionMatrix) + sizeof(float) * (entry), sizeof(float), sizeof(float), \
      &(float){number}}
-#define ENTRY_ROW(setting, entry, place, kind, number, value, valid)                                                 \
-    {&project, "views[1].modelViewProjectionMatrix", kind, setting, ENTRY(entry, number), INVALID,                   \
+#define ENTRY_ROW(f, setting, entry, place, kind, number, value, valid)                                              \
+    {f, "views[1].modelViewProjectionMatrix", kind, setting, ENTRY(entry, number), INVALID,                          \
      "views[1].modelViewProjectionMatrix " place " is " value ";", valid}
-#define SINGULAR_VIEW_ROW(kind, setting, change, rows)                                                               \
-    {&project, "views[1].modelViewProjectionMatrix", kind, setting, change, INVALID,                                 \
+#define SINGULAR_VIEW_ROW(f, kind, setting, change, rows)                                                            \
+    {f, "views[1].modelViewProjectionMatrix", kind, setting, change, INVALID,                                        \
      "views[1].modelViewProjectionMatrix is singular (ratio ", "independent " rows " rows: |det|"}
-#define SOURCE_ROW(axis, kind, number, value, valid)                                                                 \
-    {&project, "views[1].sourcePosition", kind, NULL, PUT(to.views[1].sourcePosition.axis, float, number), INVALID,  \
+#define SOURCE_ROW(f, axis, kind, number, value, valid)                                                              \
+    {f, "views[1].sourcePosition", kind, NULL, PUT(to.views[1].sourcePosition.axis, float, number), INVALID,         \
      "views[1].sourcePosition is [" value, valid}
-#define LUT_ROW(field, setting, table, index, kind, number, value, valid)                                            \
-    {&project, "views[1]." field, kind, setting, PUT(to.table, float, number), INVALID,                              \
+#define LUT_ROW(f, field, setting, table, index, kind, number, value, valid)                                         \
+    {f, "views[1]." field, kind, setting, PUT(to.table, float, number), INVALID,                                     \
      "views[1]." field index " is " value ";", valid}
-#define LUT_SETTING_ROW(field, kind, setting, value, valid)                                                          \
-    {&project, "views[1]." field, kind, setting, NOTHING, INVALID, "views[1]." field value, valid}
+#define LUT_SETTING_ROW(f, field, kind, setting, value, valid)                                                       \
+    {f, "views[1]." field, kind, setting, NOTHING, INVALID, "views[1]." field value, valid}
 #define WHERE_RANGE "−1e10 … 1e10 mm"
+#define UNIFORMS_ROWS(f)                                                                                             \
+    POINTER_ROWS(f, views, views, "16 bytes"),                                                                       \
+    ENTRY_ROW(f, NULL, 0, "column 0, row 0", "NaN", NAN, "NaN", "finite numbers"),                                   \
+    ENTRY_ROW(f, NULL, 6, "column 1, row 2", "+Inf", INFINITY, "inf", "finite numbers"),                             \
+    ENTRY_ROW(f, NULL, 15, "column 3, row 3", "-Inf", -INFINITY, "-inf", "finite numbers"),                          \
+    ENTRY_ROW(f, parallel, 15, "column 3, row 3", "zero", 0.0f, "0", "not 0"),                                       \
+    SINGULAR_VIEW_ROW(f, "zero", matrix_of_zeros, NOTHING, "x and y"),                                               \
+    SINGULAR_VIEW_ROW(f, "singular", equal_rows, NOTHING, "x, y and w"),                                             \
+    SINGULAR_VIEW_ROW(f, "nearly singular", nearly_equal_rows_and_large, NOTHING, "x, y and w"),                     \
+    SINGULAR_VIEW_ROW(f, "singular", parallel, ENTRY(0, 0.0f), "x and y"),                                           \
+    SINGULAR_VIEW_ROW(f, "nearly singular", parallel, ENTRY(1, 1e7f), "x and y"),                                    \
+    SOURCE_ROW(f, x, "NaN", NAN, "NaN", WHERE_RANGE),                                                                \
+    SOURCE_ROW(f, y, "+Inf", INFINITY, "", ", inf, "),                                                               \
+    SOURCE_ROW(f, z, "-Inf", -INFINITY, "", ", -inf]; valid: " WHERE_RANGE),                                         \
+    SOURCE_ROW(f, x, "huge", 2e10f, "2e10, ", WHERE_RANGE),                                                          \
+    SOURCE_ROW(f, x, "inconsistent", 100.0f, "100, ", "the point that modelViewProjectionMatrix sends to (0, 0, *, 0)"),\
+    LUT_SETTING_ROW(f, "spectrumLutAddress", "misaligned", spectrum_lut_askew, " is 0x", "aligned to 4 bytes"),      \
+    LUT_ROW(f, "spectrumLutAddress", spectrum_lut, spectrum[7], "[7]", "negative", -1.0f, "-1", WEIGHT_RANGE),       \
+    LUT_ROW(f, "spectrumLutAddress", spectrum_lut, spectrum[135], "[135]", "NaN", NAN, "NaN", WEIGHT_RANGE),         \
+    LUT_ROW(f, "spectrumLutAddress", spectrum_lut, spectrum[0], "[0]", "+Inf", INFINITY, "inf", WEIGHT_RANGE),       \
+    LUT_ROW(f, "spectrumLutAddress", spectrum_lut, spectrum[135], "[135]", "-Inf", -INFINITY, "-inf", WEIGHT_RANGE), \
+    LUT_SETTING_ROW(f, "spectrumLutAddress", "zero", spectrum_lut_of_zeros, "'s sum is 0;", "finite, above 0"),      \
+    LUT_SETTING_ROW(f, "spectrumLutAddress", "huge", spectrum_lut_too_bright, "'s sum is 4.6", "1.1754944e-38 … 3.4028235e38"),\
+    LUT_SETTING_ROW(f, "spectrumLutAddress", "one energy", spectrum_lut_at_one_energy, " is 0x",                     \
+                    "0, because the scene is without DRR_EFFECT_POLYENERGETIC"),                                     \
+    LUT_SETTING_ROW(f, "muLutAddress", "misaligned", mu_lut_askew, " is 0x", "aligned to 4 bytes"),                  \
+    LUT_ROW(f, "muLutAddress", mu_lut, attenuation[7], "[0][7]", "negative", -1.0f, "-1", ATTENUATION_RANGE),        \
+    LUT_ROW(f, "muLutAddress", mu_lut, attenuation[4 * ENERGIES - 1], "[3][135]", "NaN", NAN, "NaN", ATTENUATION_RANGE),\
+    LUT_ROW(f, "muLutAddress", mu_lut, attenuation[ENERGIES], "[1][0]", "+Inf", INFINITY, "inf", ATTENUATION_RANGE), \
+    LUT_ROW(f, "muLutAddress", mu_lut, attenuation[0], "[0][0]", "-Inf", -INFINITY, "-inf", ATTENUATION_RANGE),      \
+    LUT_ROW(f, "muLutAddress", mu_lut, attenuation[7], "[0][7]", "huge", 1.5e9f, "1500000000", ATTENUATION_RANGE),   \
+    LUT_SETTING_ROW(f, "muLutAddress", "one energy", mu_lut_at_one_energy, " is 0x",                                 \
+                    "0, because the scene is without DRR_EFFECT_POLYENERGETIC")
 
 static const Row projection_rows[] = {
     PROJECTION_ROWS(&project, outputs, "4 bytes"),
-    POINTER_ROWS(&project, views, views, "16 bytes"),
-    ENTRY_ROW(NULL, 0, "column 0, row 0", "NaN", NAN, "NaN", "finite numbers"),
-    ENTRY_ROW(NULL, 6, "column 1, row 2", "+Inf", INFINITY, "inf", "finite numbers"),
-    ENTRY_ROW(NULL, 15, "column 3, row 3", "-Inf", -INFINITY, "-inf", "finite numbers"),
-    ENTRY_ROW(parallel, 15, "column 3, row 3", "zero", 0.0f, "0", "not 0"),
-    SINGULAR_VIEW_ROW("zero", matrix_of_zeros, NOTHING, "x and y"),
-    SINGULAR_VIEW_ROW("singular", equal_rows, NOTHING, "x, y and w"),
-    SINGULAR_VIEW_ROW("nearly singular", nearly_equal_rows_and_large, NOTHING, "x, y and w"),
-    SINGULAR_VIEW_ROW("singular", parallel, ENTRY(0, 0.0f), "x and y"),
-    SINGULAR_VIEW_ROW("nearly singular", parallel, ENTRY(1, 1e7f), "x and y"),
-    SOURCE_ROW(x, "NaN", NAN, "NaN", WHERE_RANGE),
-    SOURCE_ROW(y, "+Inf", INFINITY, "", ", inf, "),
-    SOURCE_ROW(z, "-Inf", -INFINITY, "", ", -inf]; valid: " WHERE_RANGE),
-    SOURCE_ROW(x, "huge", 2e10f, "2e10, ", WHERE_RANGE),
-    SOURCE_ROW(x, "inconsistent", 100.0f, "100, ", "the point that modelViewProjectionMatrix sends to (0, 0, *, 0)"),
-    LUT_SETTING_ROW("spectrumLutAddress", "misaligned", spectrum_lut_askew, " is 0x", "aligned to 4 bytes"),
-    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[7], "[7]", "negative", -1.0f, "-1", WEIGHT_RANGE),
-    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[135], "[135]", "NaN", NAN, "NaN", WEIGHT_RANGE),
-    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[0], "[0]", "+Inf", INFINITY, "inf", WEIGHT_RANGE),
-    LUT_ROW("spectrumLutAddress", spectrum_lut, spectrum[135], "[135]", "-Inf", -INFINITY, "-inf", WEIGHT_RANGE),
-    LUT_SETTING_ROW("spectrumLutAddress", "zero", spectrum_lut_of_zeros, "'s sum is 0;", "finite, above 0"),
-    LUT_SETTING_ROW("spectrumLutAddress", "huge", spectrum_lut_too_bright, "'s sum is 4.6", "1.1754944e-38 … 3.4028235e38"),
-    LUT_SETTING_ROW("spectrumLutAddress", "one energy", spectrum_lut_at_one_energy, " is 0x",
-                    "0, because the scene is without DRR_EFFECT_POLYENERGETIC"),
-    LUT_SETTING_ROW("muLutAddress", "misaligned", mu_lut_askew, " is 0x", "aligned to 4 bytes"),
-    LUT_ROW("muLutAddress", mu_lut, attenuation[7], "[0][7]", "negative", -1.0f, "-1", ATTENUATION_RANGE),
-    LUT_ROW("muLutAddress", mu_lut, attenuation[4 * ENERGIES - 1], "[3][135]", "NaN", NAN, "NaN", ATTENUATION_RANGE),
-    LUT_ROW("muLutAddress", mu_lut, attenuation[ENERGIES], "[1][0]", "+Inf", INFINITY, "inf", ATTENUATION_RANGE),
-    LUT_ROW("muLutAddress", mu_lut, attenuation[0], "[0][0]", "-Inf", -INFINITY, "-inf", ATTENUATION_RANGE),
-    LUT_ROW("muLutAddress", mu_lut, attenuation[7], "[0][7]", "huge", 1.5e9f, "1500000000", ATTENUATION_RANGE),
-    LUT_SETTING_ROW("muLutAddress", "one energy", mu_lut_at_one_energy, " is 0x",
-                    "0, because the scene is without DRR_EFFECT_POLYENERGETIC"),
+    UNIFORMS_ROWS(&project),
 
     PROJECTION_ROWS(&project_poses, outputs, "4 bytes"),
     POINTER_ROWS(&project_poses, poses, poses, "8 bytes"),
     POSE_ROWS(&project_poses, "poses[1]"),
+
+    ENCODING_ROWS(&encode),
+    UNIFORMS_ROWS(&encode),
+
+    ENCODING_ROWS(&encode_poses),
+    POINTER_ROWS(&encode_poses, poses, poses, "8 bytes"),
+    POSE_ROWS(&encode_poses, "poses[1]"),
 
     PROJECTION_ROWS(&reference_project, reference_outputs, "8 bytes"),
     POINTER_ROWS(&reference_project, poses, poses, "8 bytes"),

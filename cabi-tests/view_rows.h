@@ -28,6 +28,17 @@ static DrrStatus call_reference_project(const Given *g) {
     return drr_reference_project((const DrrProjector *)g->projector, g->algorithm, (const DrrDetectorPose *)g->poses,
                                  g->view_count, (const DrrReferenceOutputs *)g->outputs);
 }
+/* Engines of the CPU have no queues: a call that is valid gets as far as that. */
+static DrrStatus valid(DrrStatus status) { return status == DRR_STATUS_UNSUPPORTED ? DRR_STATUS_OK : status; }
+static DrrStatus call_encode(const Given *g) {
+    return valid(drr_projector_encode((const DrrProjector *)g->projector, (const ProjectionUniforms *)g->views,
+                                      g->view_count, g->queue, (const DrrDeviceOutputs *)g->outputs));
+}
+static DrrStatus call_encode_poses(const Given *g) {
+    return valid(drr_projector_encode_poses((const DrrProjector *)g->projector, (const DrrDetectorPose *)g->poses,
+                                            g->view_count, g->queue, (const DrrDeviceOutputs *)g->outputs));
+}
+static void device_places(Given *g) { g->outputs = &g->to.device_outputs; }
 static void no_projector(Given *g) { g->projector = NULL; }
 static void float64_places(Given *g) { g->outputs = &g->to.reference_outputs; }
 
@@ -37,6 +48,8 @@ static const Function uniforms_cone = {"drr_uniforms_cone", NULL, call_uniforms_
                       describe = {"drr_projector_describe", NULL, call_describe, NULL},
                       project = {"drr_projector_project", NULL, call_project, NULL},
                       project_poses = {"drr_projector_project_poses", NULL, call_project_poses, NULL},
+                      encode = {"drr_projector_encode", device_places, call_encode, NULL},
+                      encode_poses = {"drr_projector_encode_poses", device_places, call_encode_poses, NULL},
                       reference_project = {"drr_reference_project", float64_places, call_reference_project, NULL};
 
 #define COUNT_ROWS(f, name, member, largest, beyond)                                                                 \

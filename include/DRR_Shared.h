@@ -133,6 +133,10 @@ typedef uint32_t DrrStatus;
 /// The caller's DrrProgress function answered false.
 #define DRR_STATUS_CANCELLED 5
 
+/// A GPU or its driver failed: lost, reset, or an internal error. What was made with its context may be unusable from
+/// now on; a new context can tell whether the GPU is.
+#define DRR_STATUS_DEVICE 6
+
 /// The name of a status, such as "DRR_STATUS_OK", or "unknown status". A static string; never NULL. Any thread.
 const char *drr_status_name(DrrStatus status);
 
@@ -166,9 +170,14 @@ typedef struct DrrContextOptions {
     DrrBackend backend;
     /// Threads that project, 0 to 1024. Default 0: one per core. The images do not depend on it.
     uint32_t thread_count;
+    /// The GPU, an id<MTLDevice>, which the context keeps; for other engines than Metal's NULL. Default NULL: the
+    /// system's default.
+    void *metal_device;
+    /// Which of the GPUs that NVIDIA's driver lists; for engines of the CPU 0. Default 0.
+    size_t device_index;
 } DrrContextOptions;
 
-/// The fastest engine that this machine has.
+/// The fastest engine that this machine has: Metal, CUDA or the CPU's.
 #define DRR_BACKEND_AUTO 0
 
 /// float32 on all cores. Always there.
@@ -177,6 +186,12 @@ typedef struct DrrContextOptions {
 /// float64, without shortcuts: slow, and what the other engines are measured against. Always there.
 #define DRR_BACKEND_REFERENCE 2
 
+/// float32 on an NVIDIA GPU. There when NVIDIA's driver and run-time compiler (libcuda, libnvrtc) of CUDA 12 or later are.
+#define DRR_BACKEND_CUDA 3
+
+/// float32 on an Apple GPU.
+#define DRR_BACKEND_METAL 4
+
 /// Fills `*options` with the defaults and its size. Fails for NULL. Any thread.
 DrrStatus drr_context_options_init(struct DrrContextOptions *options);
 
@@ -184,9 +199,20 @@ DrrStatus drr_context_options_init(struct DrrContextOptions *options);
 ///
 /// `options` is only read during the call; NULL means all defaults. On success `*context` is a new handle, to be
 /// given to drr_context_destroy; on failure `*context` is left as it is. Fails with DRR_STATUS_INVALID_ARGUMENT, or
-/// with DRR_STATUS_UNSUPPORTED when the threads cannot be started. Any thread.
+/// with DRR_STATUS_UNSUPPORTED when the threads cannot be started or the engine is not there: the message says what is
+/// missing. DRR_BACKEND_AUTO is always there. Any thread.
 DrrStatus drr_context_create(const struct DrrContextOptions *options,
                              struct DrrContext **context);
+
+/// Which engine a context has: DRR_BACKEND_AUTO never. Writes `*backend` on success only. Fails with
+/// DRR_STATUS_INVALID_ARGUMENT. Any thread.
+DrrStatus drr_context_backend(const struct DrrContext *context, DrrBackend *backend);
+
+/// The name of the context's GPU, such as "NVIDIA H100 80GB HBM3"; empty for engines of the CPU. NULL, with a message,
+/// when the handle is refused.
+///
+/// The string belongs to the context and lives as long. Any thread.
+const char *drr_context_device_name(const struct DrrContext *context);
 
 /// Gives a context up; what was made from it stays valid. NULL is nothing. Afterwards the pointer must not be used.
 /// Its threads end soon after its last child's end, on their own time: do not unload the library.
@@ -396,12 +422,12 @@ DrrStatus drr_pose_c_arm(const double *centre,
 /// Hears, while a call runs, the fraction of its rays that is done, 0 to 1, and answers whether to go on. `user_data`
 /// is the caller's own.
 ///
-/// Called after every few hundred rays of a thread: from the library's threads or the calling one, one call at a time,
-/// with fractions that grow and end, unless the call fails, at 1. It should be quick, because the thread that is in it
-/// projects nothing. It must not throw a C++ exception, not jump out with longjmp, and not call this library.
+/// Called after every few hundred rays of a thread, on a GPU after every few views: from the library's threads or the
+/// calling one, one call at a time, with fractions that grow and end, unless the call fails, at 1. It should be quick,
+/// because the thread that is in it projects nothing. It must not throw a C++ exception, not jump out with longjmp, and not call this library.
 ///
-/// Once it has answered false it is not called again, each thread finishes at most 1024 more rays, and the call fails
-/// with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
+/// Once it has answered false it is not called again, each thread finishes at most 1024 more rays, a GPU none, and the
+/// call fails with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
 typedef bool (*DrrProgress)(void *user_data, double fraction);
 
 /// Where a projection's float32 images go; NULL for what is not wanted, which then costs nothing. Fill it with
@@ -478,16 +504,17 @@ const char *drr_projector_describe(const struct DrrProjector *projector);
 /// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by projection matrices. Rays are half-lines from the
 /// source, or full lines for a parallel beam: no detector ends them.
 ///
-/// `views` and the tables behind their LUT addresses are only read during the call; on engines of the CPU an
-/// address is a host pointer, aligned to 4 bytes. The values there are checked, the address itself cannot be.
+/// `views` and the tables behind their LUT addresses are only read during the call. An address, aligned to 4 bytes, is a
+/// host pointer on engines of the CPU and an address of its memory on a GPU, where the tables must be complete before
+/// the call. The values there are checked, the address itself cannot be.
 /// Tables of a view need DRR_EFFECT_POLYENERGETIC; a view's spectrum is used as it is, without the scene's detector
 /// response. With enableEarlyExit the intensity may differ by exp(-15) of I0; where other images are asked for that
 /// would change too, rays are not stopped.
 ///
 /// Everything is computed before anything is written: on failure the outputs are as before. Fails with
-/// DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, or DRR_STATUS_CANCELLED when outputs->progress answers
-/// false. Any thread, also with one projector from many at once, each with outputs of its own. The same call gives the
-/// same bytes for any number of threads.
+/// DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, DRR_STATUS_DEVICE when a GPU fails, or DRR_STATUS_CANCELLED
+/// when outputs->progress answers false. Any thread, also with one projector from many at once, each with outputs of
+/// its own. The same call gives the same bytes for any number of threads.
 DrrStatus drr_projector_project(const struct DrrProjector *projector,
                                 const ProjectionUniforms *views,
                                 size_t view_count,
@@ -501,6 +528,59 @@ DrrStatus drr_projector_project_poses(const struct DrrProjector *projector,
                                       const DrrDetectorPose *poses,
                                       size_t view_count,
                                       const DrrOutputs *outputs);
+
+/// Where the float32 images of an encoded projection go, on the device; NULL for what is not wanted, which then costs
+/// nothing. Fill it with drr_device_outputs_init, then set at least one.
+///
+/// An image is a CUdeviceptr, cast to a pointer, with DRR_BACKEND_CUDA; an id<MTLBuffer>, written from its first byte
+/// on, with DRR_BACKEND_METAL. Pixels lie as those of DrrOutputs. Images must have room for all views, and must not
+/// overlap.
+typedef struct DrrDeviceOutputs {
+    /// Set by drr_device_outputs_init.
+    size_t struct_size;
+    /// As DrrOutputs.
+    void *intensity;
+    /// As DrrOutputs.
+    void *line_integral;
+    /// As DrrOutputs.
+    void *areal_density;
+    /// As DrrOutputs.
+    void *bone_path_mm;
+    /// The intensity as a picture: an id<MTLTexture> of the format R32Float, detector_width x detector_height pixels, 2D
+    /// for one view or a 2D array of one slice per view. NULL with DRR_BACKEND_CUDA.
+    void *intensity_texture;
+} DrrDeviceOutputs;
+
+/// Fills `*outputs` with NULL and its size. Fails for NULL. Any thread.
+DrrStatus drr_device_outputs_init(struct DrrDeviceOutputs *outputs);
+
+/// Puts the projection of `view_count` views, 1 to DRR_MAX_VIEWS, into a queue of the caller's, and returns without
+/// waiting for it: what comes later in the queue finds the images complete.
+///
+/// `queue` is a CUstream of the primary context of the context's GPU, or NULL for its default stream, with
+/// DRR_BACKEND_CUDA; a stream that is being captured is refused. It is an id<MTLCommandBuffer> of the context's GPU,
+/// which has not been committed and has no open encoder, with DRR_BACKEND_METAL; the caller commits it. Queue and images
+/// belong to the caller and must stay until the queue has run the projection; pointers to them are believed. Views,
+/// their tables and `outputs` are only read during the call; LUT addresses are as for drr_projector_project. The
+/// projector keeps what the queue needs: it must not be destroyed before the queue has run the projection.
+///
+/// The first call with new images or new kinds of views compiles a kernel, which takes about a second. On failure
+/// nothing of the call is in the queue, but for DRR_STATUS_DEVICE and DRR_STATUS_OUT_OF_MEMORY, after which images may
+/// be written. Fails with DRR_STATUS_INVALID_ARGUMENT; with DRR_STATUS_UNSUPPORTED for contexts of DRR_BACKEND_CPU and
+/// DRR_BACKEND_REFERENCE. What goes wrong while the queue runs is told by the queue. Any thread, also with one projector
+/// from many at once; two threads must not use one queue at once where its own rules forbid it.
+DrrStatus drr_projector_encode(const DrrProjector *projector,
+                               const ProjectionUniforms *views,
+                               size_t view_count,
+                               void *queue,
+                               const struct DrrDeviceOutputs *outputs);
+
+/// As drr_projector_encode, with views given by source and detector in float64, as for drr_projector_project_poses.
+DrrStatus drr_projector_encode_poses(const DrrProjector *projector,
+                                     const DrrDetectorPose *poses,
+                                     size_t view_count,
+                                     void *queue,
+                                     const struct DrrDeviceOutputs *outputs);
 
 /// Projects in float64, slowly, with any algorithm: what the projector's images are measured against.
 ///

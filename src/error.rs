@@ -24,6 +24,9 @@ pub enum Error {
         /// Its size.
         bytes: usize,
     },
+    /// A device or its driver failed during a call that was valid: it was lost, reset, or met an internal error.
+    #[error("{0}")]
+    Device(String),
     /// A progress report was answered with the wish to stop. Nothing was written.
     #[error("cancelled by the caller's progress function")]
     Cancelled,

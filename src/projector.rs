@@ -1,5 +1,6 @@
 //! A projector: one volume, one scene, one plan, one engine.
 
+use std::ffi::{CStr, c_void};
 use std::sync::Arc;
 
 use crate::allocation::reserved;
@@ -7,7 +8,10 @@ use crate::engine::cpu::Cpu;
 #[cfg(feature = "host")]
 use crate::engine::host::Host;
 use crate::engine::reference::Reference;
-use crate::engine::{Backend, Engine, Images, Job, Layers, Progress, Report, ViewJob};
+use crate::engine::{
+    Backend, Device, DeviceChoice, DeviceOutputs, Engine, Images, Job, Layers, Progress, Report, SILENT,
+    Timings, ViewJob,
+};
 use crate::error::{Error, Result};
 use crate::geometry::View;
 use crate::physics::SpectralModel;
@@ -20,6 +24,7 @@ use crate::volume::Volume;
 #[derive(Clone)]
 pub struct Context {
     backend: Backend,
+    device: Device,
     threads: Arc<rayon::ThreadPool>,
 }
 
@@ -27,28 +32,56 @@ pub struct Context {
 pub const MAX_THREADS: usize = 1024;
 
 impl Context {
-    /// A context with its own threads; 0 means one per core.
+    /// A context with its own threads; 0 means one per core. An engine with devices runs on its first.
     pub fn new(backend: Backend, threads: usize) -> Result<Self> {
+        Self::on_device(backend, threads, DeviceChoice::default())
+    }
+
+    /// A context of the best engine that is there: on a GPU where one can be used.
+    pub fn best(threads: usize, choice: DeviceChoice) -> Result<Self> {
+        let [others @ .., always_there] = Backend::BEST_FIRST;
+        for backend in others {
+            match Self::on_device(backend, threads, choice) {
+                Err(Error::Unsupported(_)) => {}
+                made => return made,
+            }
+        }
+        Self::on_device(always_there, threads, choice)
+    }
+
+    /// As [`Context::new`], on the device of one's choice.
+    ///
+    /// # Errors
+    /// `Unsupported`, with what is missing, when the engine is not there or its threads cannot be started;
+    /// `InvalidArgument` for a device that it does not have.
+    pub fn on_device(backend: Backend, threads: usize, choice: DeviceChoice) -> Result<Self> {
         if threads > MAX_THREADS {
             return Err(Error::invalid("threads", threads, format!("0 (one per core) … {MAX_THREADS}")));
         }
-        if matches!(backend, Backend::Cuda | Backend::Metal)
-            || backend == Backend::Host && !cfg!(feature = "host")
-        {
-            return Err(Error::Unsupported(format!(
-                "this library is built without the engine {}",
-                backend.name()
-            )));
-        }
+        let device = Device::open(backend, choice)?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let threads =
             pool.map_err(|error| Error::Unsupported(format!("threads cannot be started: {error}")))?;
-        Ok(Self { backend, threads: Arc::new(threads) })
+        Ok(Self { backend, device, threads: Arc::new(threads) })
     }
 
     /// The engine.
     pub fn backend(&self) -> Backend {
         self.backend
+    }
+
+    /// The name of the engine's device; empty for engines of the CPU.
+    pub fn device_name(&self) -> &CStr {
+        self.device.name()
+    }
+
+    /// The version of the device's driver, in words; empty for engines of the CPU.
+    pub fn device_driver(&self) -> String {
+        self.device.driver()
+    }
+
+    pub(crate) fn device(&self) -> &Device {
+        &self.device
     }
 
     /// Number of threads.
@@ -98,9 +131,13 @@ impl Projector {
             Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.algorithm)?),
             #[cfg(feature = "host")]
             Backend::Host => Box::new(context.install(|| Host::new(&volume, &scene, &plan))?),
-            other => unreachable!("no context has the engine {}", other.name()),
+            _ => context.device.engine(&volume, &scene, &plan)?,
         };
         Ok(Self { context: context.clone(), volume, scene, plan, engine })
+    }
+
+    pub(crate) fn context(&self) -> &Context {
+        &self.context
     }
 
     /// The plan.
@@ -121,11 +158,11 @@ impl Projector {
     /// Projects `views`. `progress` is called from the context's threads, also from several at once, with the number of
     /// rays finished since its last call: after every few hundred rays of a thread. Answering
     /// [`ControlFlow::Break`](std::ops::ControlFlow::Break) cancels: each thread finishes at most 1024 more rays, and
-    /// may still report them. [`SILENT`](crate::engine::SILENT) hears nothing.
+    /// may still report them. An engine on a GPU reports after every few views, and stops there. [`SILENT`](crate::engine::SILENT) hears nothing.
     ///
     /// # Errors
     /// `InvalidArgument` for a view that is not valid or a layer that the scene does not have; `OutOfMemory`;
-    /// `Cancelled`.
+    /// `Cancelled`; `Device` when a GPU fails.
     pub fn project(
         &self,
         views: &[ViewRequest],
@@ -135,6 +172,43 @@ impl Projector {
         let views = self.jobs(views, layers)?;
         let job = Job { views: &views, layers, progress: Progress::new(progress) };
         self.context.install(|| self.engine.project(&job))
+    }
+
+    /// Puts the projection of `views` into a queue of the device's, and returns without waiting for it. What the call
+    /// is given beside queue and outputs is free again when it returns. The first call with new layers compiles a
+    /// kernel.
+    ///
+    /// # Safety
+    /// `queue` and `outputs` are as [`DeviceOutputs`] says.
+    ///
+    /// # Errors
+    /// `Unsupported` for engines of the CPU; otherwise as [`Projector::project`].
+    #[allow(unsafe_code, reason = "queue and outputs are the caller's, and believed")]
+    pub unsafe fn encode(
+        &self,
+        views: &[ViewRequest],
+        queue: *mut c_void,
+        outputs: &DeviceOutputs,
+    ) -> Result<()> {
+        let layers = outputs.layers();
+        let views = self.jobs(views, layers)?;
+        let job = Job { views: &views, layers, progress: Progress::new(SILENT) };
+        // SAFETY: the caller's promise is the same.
+        unsafe { self.engine.encode(&job, queue, outputs) }
+    }
+
+    /// What the engine's device measured so far; `None` for engines of the CPU, which the caller can time.
+    pub fn timings(&self) -> Option<Timings> {
+        self.engine.timings()
+    }
+
+    /// Bytes per second, read and written, of one copy between two buffers of the device as large as the volume's;
+    /// `None` for engines of the CPU.
+    ///
+    /// # Errors
+    /// `OutOfMemory` when the device has no room for the copy.
+    pub fn copy_bandwidth(&self) -> Result<Option<f64>> {
+        self.engine.copy_bandwidth()
     }
 
     /// Projects `views` in float64 with the reference engine and any algorithm: the fast algorithm's twin, or

@@ -1,22 +1,28 @@
 //! Contexts: which engine runs, on how many threads.
 
+use std::ffi::{c_char, c_void};
+
 use crate::Context;
 use crate::capi::boundary::guard;
 use crate::capi::handle::{self, Opaque};
 use crate::capi::status::DrrStatus;
 use crate::capi::{memory, options};
-use crate::engine::Backend;
+use crate::engine::{Backend, DeviceChoice};
 use crate::error::{Error, Result};
 
 /// An engine: one of the DRR_BACKEND constants. Other values are refused.
 pub type DrrBackend = u32;
 
-/// The fastest engine that this machine has.
+/// The fastest engine that this machine has: Metal, CUDA or the CPU's.
 pub const DRR_BACKEND_AUTO: DrrBackend = 0;
 /// float32 on all cores. Always there.
 pub const DRR_BACKEND_CPU: DrrBackend = 1;
 /// float64, without shortcuts: slow, and what the other engines are measured against. Always there.
 pub const DRR_BACKEND_REFERENCE: DrrBackend = 2;
+/// float32 on an NVIDIA GPU. There when NVIDIA's driver and run-time compiler (libcuda, libnvrtc) of CUDA 12 or later are.
+pub const DRR_BACKEND_CUDA: DrrBackend = 3;
+/// float32 on an Apple GPU.
+pub const DRR_BACKEND_METAL: DrrBackend = 4;
 
 /// How a context is made. Fill it with drr_context_options_init, then change what should differ.
 #[derive(Debug, Clone, Copy)]
@@ -28,17 +34,30 @@ pub struct DrrContextOptions {
     pub backend: DrrBackend,
     /// Threads that project, 0 to 1024. Default 0: one per core. The images do not depend on it.
     pub thread_count: u32,
+    /// The GPU, an id<MTLDevice>, which the context keeps; for other engines than Metal's NULL. Default NULL: the
+    /// system's default.
+    pub metal_device: *mut c_void,
+    /// Which of the GPUs that NVIDIA's driver lists; for engines of the CPU 0. Default 0.
+    pub device_index: usize,
 }
 
-// SAFETY: repr(C), no padding (asserted), starts with its size, integers only.
+// SAFETY: repr(C), no padding (asserted), starts with its size, integers and a raw pointer only.
 unsafe impl options::Options for DrrContextOptions {
-    const SIZES: &'static [usize] = &[size_of::<usize>() + 8];
+    const SIZES: &'static [usize] = &[OPTIONS_SIZE];
     fn defaults() -> Self {
-        Self { struct_size: size_of::<Self>(), backend: DRR_BACKEND_AUTO, thread_count: 0 }
+        Self {
+            struct_size: size_of::<Self>(),
+            backend: DRR_BACKEND_AUTO,
+            thread_count: 0,
+            metal_device: std::ptr::null_mut(),
+            device_index: 0,
+        }
     }
 }
 
-const _: () = assert!(size_of::<DrrContextOptions>() == size_of::<usize>() + 8);
+const OPTIONS_SIZE: usize = size_of::<[usize; 3]>() + 8;
+
+const _: () = assert!(size_of::<DrrContextOptions>() == OPTIONS_SIZE);
 
 /// An engine and its threads. Immutable: any number of threads may use one at once. What is made from a context
 /// keeps it alive, so it may be destroyed as soon as it is no longer named.
@@ -52,12 +71,29 @@ impl Opaque for DrrContext {
     const NAME: &'static str = "DrrContext";
 }
 
-fn backend(code: DrrBackend) -> Result<Backend> {
-    match code {
-        DRR_BACKEND_AUTO | DRR_BACKEND_CPU => Ok(Backend::Cpu),
-        DRR_BACKEND_REFERENCE => Ok(Backend::Reference),
-        _ => Err(Error::invalid("options.backend", code, "one of the DRR_BACKEND constants, 0 … 2")),
-    }
+/// The engines that C programs can name.
+const ENGINES: [(DrrBackend, Backend); 4] = [
+    (DRR_BACKEND_CPU, Backend::Cpu),
+    (DRR_BACKEND_REFERENCE, Backend::Reference),
+    (DRR_BACKEND_CUDA, Backend::Cuda),
+    (DRR_BACKEND_METAL, Backend::Metal),
+];
+
+/// # Safety
+/// `options.metal_device` is as its description says.
+unsafe fn create(options: &DrrContextOptions) -> Result<Context> {
+    let threads = options.thread_count as usize;
+    // SAFETY: the caller's promise is the same.
+    let choice = unsafe { DeviceChoice::index(options.device_index).with_metal(options.metal_device) };
+    let made = match ENGINES.iter().find(|(code, _)| *code == options.backend) {
+        Some(&(_, backend)) => Context::on_device(backend, threads, choice),
+        None if options.backend == DRR_BACKEND_AUTO => Context::best(threads, choice),
+        None => {
+            let valid = "one of the DRR_BACKEND constants, 0 … 4";
+            return Err(Error::invalid("options.backend", options.backend, valid));
+        }
+    };
+    made.map_err(|error| error.called("threads", "thread_count").of("options"))
 }
 
 /// Fills `*options` with the defaults and its size. Fails for NULL. Any thread.
@@ -71,7 +107,8 @@ pub unsafe extern "C" fn drr_context_options_init(options: *mut DrrContextOption
 ///
 /// `options` is only read during the call; NULL means all defaults. On success `*context` is a new handle, to be
 /// given to drr_context_destroy; on failure `*context` is left as it is. Fails with DRR_STATUS_INVALID_ARGUMENT, or
-/// with DRR_STATUS_UNSUPPORTED when the threads cannot be started. Any thread.
+/// with DRR_STATUS_UNSUPPORTED when the threads cannot be started or the engine is not there: the message says what is
+/// missing. DRR_BACKEND_AUTO is always there. Any thread.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_context_create(
     options: *const DrrContextOptions,
@@ -85,12 +122,46 @@ pub unsafe extern "C" fn drr_context_create(
             // SAFETY: the C caller passes a struct of the size that it says.
             unsafe { options::read("options", options)? }
         };
-        let made = Context::new(backend(options.backend)?, options.thread_count as usize)
-            .map_err(|error| error.called("threads", "options.thread_count"))?;
+        // SAFETY: the C caller's device is as described.
+        let made = unsafe { create(&options)? };
         // SAFETY: `context` is not null and aligned; the C caller passes a place for one handle.
         unsafe { context.write(handle::create(made)) };
         Ok(())
     })
+}
+
+/// Which engine a context has: DRR_BACKEND_AUTO never. Writes `*backend` on success only. Fails with
+/// DRR_STATUS_INVALID_ARGUMENT. Any thread.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn drr_context_backend(
+    context: *const DrrContext,
+    backend: *mut DrrBackend,
+) -> DrrStatus {
+    guard(|| {
+        memory::check("backend", backend, 1)?;
+        // SAFETY: the C caller passes a handle that stays alive during the call.
+        let context = unsafe { handle::borrow("context", context)? };
+        let code = ENGINES.iter().find(|(_, engine)| *engine == context.backend());
+        let code = code.map_or(DRR_BACKEND_AUTO, |&(code, _)| code);
+        // SAFETY: `backend` is not null and aligned; the C caller passes a place for one value.
+        unsafe { backend.write(code) };
+        Ok(())
+    })
+}
+
+/// The name of the context's GPU, such as "NVIDIA H100 80GB HBM3"; empty for engines of the CPU. NULL, with a message,
+/// when the handle is refused.
+///
+/// The string belongs to the context and lives as long. Any thread.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn drr_context_device_name(context: *const DrrContext) -> *const c_char {
+    let mut name = std::ptr::null();
+    guard(|| {
+        // SAFETY: the C caller passes a handle that stays alive as long as it uses the string.
+        name = unsafe { handle::borrow("context", context)? }.device_name().as_ptr();
+        Ok(())
+    });
+    name
 }
 
 /// Gives a context up; what was made from it stays valid. NULL is nothing. Afterwards the pointer must not be used.

@@ -7,6 +7,7 @@ use crate::allocation::refused;
 use crate::capi::memory;
 use crate::capi::projector::ProjectorValue;
 use crate::capi::scene::{material_names, widened};
+use crate::engine::Device;
 use crate::error::{Error, Result};
 use crate::physics::{EnergyGrid, MassAttenuation, SpectralModel, Spectrum};
 use crate::scene::check_i0;
@@ -20,7 +21,7 @@ impl Tables {
     /// The view's own spectral model; `None` when both addresses are 0.
     ///
     /// # Safety
-    /// An address that is not 0 is a host pointer to as many floats as the uniforms' description says, which nobody
+    /// An address that is not 0 is one of the engine's, of as many floats as the uniforms' description says, which nobody
     /// writes as long as `self` lives.
     pub(super) unsafe fn model(
         &mut self,
@@ -60,11 +61,12 @@ unsafe fn read(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> R
     let scene = projector.projector.scene();
     let energies = *scene.spectrum.grid();
     let materials = scene.materials.names().len();
+    let device = projector.projector.context().device();
     // SAFETY: the caller's promise.
     let (weights, coefficients) = unsafe {
         (
-            table("spectrumLutAddress", spectrum, energies.count())?,
-            table("muLutAddress", mu, materials * energies.count())?,
+            table(device, "spectrumLutAddress", spectrum, energies.count())?,
+            table(device, "muLutAddress", mu, materials * energies.count())?,
         )
     };
     let own_spectrum = weights.map(|w| own_spectrum(energies, w)).transpose()?;
@@ -87,7 +89,19 @@ fn own_spectrum(energies: EnergyGrid, weights: Vec<f64>) -> Result<Spectrum> {
 ///
 /// # Safety
 /// As for [`Tables::model`].
-unsafe fn table(argument: &str, address: DrrAddress, count: usize) -> Result<Option<Vec<f64>>> {
+unsafe fn table(
+    device: &Device,
+    argument: &str,
+    address: DrrAddress,
+    count: usize,
+) -> Result<Option<Vec<f64>>> {
+    if address == 0 {
+        return Ok(None);
+    }
+    // SAFETY: the caller's promise.
+    if let Some(values) = unsafe { device.floats(argument, address, count) } {
+        return widened(&values?).map(Some);
+    }
     let fits = usize::try_from(address);
     let address = fits.map_err(|_| Error::invalid(argument, format!("{address:#x}"), "a host address"))?;
     let pointer = std::ptr::with_exposed_provenance(address);

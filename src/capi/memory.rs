@@ -25,6 +25,11 @@ pub(super) fn check<T>(argument: &str, pointer: *const T, count: usize) -> Resul
     Ok(())
 }
 
+/// As [`check`], of a pointer that may be null.
+pub(super) fn check_optional<T>(argument: &str, pointer: *const T, count: usize) -> Result<()> {
+    if pointer.is_null() { Ok(()) } else { check(argument, pointer, count) }
+}
+
 /// The caller's array.
 ///
 /// # Safety

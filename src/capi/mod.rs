@@ -18,6 +18,7 @@ mod options;
 mod progress;
 
 pub mod context;
+pub mod encode;
 pub mod geometry;
 pub mod outputs;
 pub mod physics;

@@ -15,12 +15,12 @@ use crate::shared::DrrBool;
 /// Hears, while a call runs, the fraction of its rays that is done, 0 to 1, and answers whether to go on. `user_data`
 /// is the caller's own.
 ///
-/// Called after every few hundred rays of a thread: from the library's threads or the calling one, one call at a time,
-/// with fractions that grow and end, unless the call fails, at 1. It should be quick, because the thread that is in it
-/// projects nothing. It must not throw a C++ exception, not jump out with longjmp, and not call this library.
+/// Called after every few hundred rays of a thread, on a GPU after every few views: from the library's threads or the
+/// calling one, one call at a time, with fractions that grow and end, unless the call fails, at 1. It should be quick,
+/// because the thread that is in it projects nothing. It must not throw a C++ exception, not jump out with longjmp, and not call this library.
 ///
-/// Once it has answered false it is not called again, each thread finishes at most 1024 more rays, and the call fails
-/// with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
+/// Once it has answered false it is not called again, each thread finishes at most 1024 more rays, a GPU none, and the
+/// call fails with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.
 pub type DrrProgress = Option<unsafe extern "C" fn(user_data: *mut c_void, fraction: f64) -> DrrBool>;
 
 /// Most views of one call.
@@ -75,12 +75,12 @@ const OUTPUTS_SIZE: usize = size_of::<[usize; 7]>();
 
 /// What a call's outputs struct says, whatever the type of its images.
 pub(super) struct Places<T> {
-    intensity: *mut T,
-    line_integral: *mut T,
-    areal_density: *mut T,
-    bone_path: *mut T,
-    progress: DrrProgress,
-    progress_data: *mut c_void,
+    pub(super) intensity: *mut T,
+    pub(super) line_integral: *mut T,
+    pub(super) areal_density: *mut T,
+    pub(super) bone_path: *mut T,
+    pub(super) progress: DrrProgress,
+    pub(super) progress_data: *mut c_void,
 }
 
 /// What is the same of both structs, for which C has no generics.
@@ -134,9 +134,7 @@ impl<T: Copy> Places<T> {
         // At most 2^16 views of 2^30 pixels and 8 materials: no overflow in 64 bits.
         let pixels = views as u64 * (scene.detector[0] * scene.detector[1]) as u64;
         let wanted = |name: &str, place: *mut T, values: u64| {
-            if !place.is_null() {
-                memory::check(name, place, usize::try_from(values).unwrap_or(usize::MAX))?;
-            }
+            memory::check_optional(name, place, usize::try_from(values).unwrap_or(usize::MAX))?;
             Ok(!place.is_null())
         };
         let layers = Layers {

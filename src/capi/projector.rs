@@ -100,16 +100,17 @@ pub unsafe extern "C" fn drr_projector_describe(projector: *const DrrProjector) 
 /// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by projection matrices. Rays are half-lines from the
 /// source, or full lines for a parallel beam: no detector ends them.
 ///
-/// `views` and the tables behind their LUT addresses are only read during the call; on engines of the CPU an
-/// address is a host pointer, aligned to 4 bytes. The values there are checked, the address itself cannot be.
+/// `views` and the tables behind their LUT addresses are only read during the call. An address, aligned to 4 bytes, is a
+/// host pointer on engines of the CPU and an address of its memory on a GPU, where the tables must be complete before
+/// the call. The values there are checked, the address itself cannot be.
 /// Tables of a view need DRR_EFFECT_POLYENERGETIC; a view's spectrum is used as it is, without the scene's detector
 /// response. With enableEarlyExit the intensity may differ by exp(-15) of I0; where other images are asked for that
 /// would change too, rays are not stopped.
 ///
 /// Everything is computed before anything is written: on failure the outputs are as before. Fails with
-/// DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, or DRR_STATUS_CANCELLED when outputs->progress answers
-/// false. Any thread, also with one projector from many at once, each with outputs of its own. The same call gives the
-/// same bytes for any number of threads.
+/// DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, DRR_STATUS_DEVICE when a GPU fails, or DRR_STATUS_CANCELLED
+/// when outputs->progress answers false. Any thread, also with one projector from many at once, each with outputs of
+/// its own. The same call gives the same bytes for any number of threads.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_projector_project(
     projector: *const DrrProjector,
@@ -120,14 +121,27 @@ pub unsafe extern "C" fn drr_projector_project(
     let mut tables = Tables::default();
     // SAFETY: a view's tables are the C caller's, as described, and stay as they are during the call.
     let request = |value: &ProjectorValue, view: &ProjectionUniforms| unsafe {
-        Ok(ViewRequest {
-            view: View::Projection(view.into()),
-            early_exit: view.enableEarlyExit.get(),
-            spectral: tables.model(value, view)?,
-        })
+        uniforms_request(&mut tables, value, view)
     };
     // SAFETY: the C caller's promises are the same.
     guard(|| unsafe { project(projector, "views", views, view_count, outputs, request) })
+}
+
+/// The request of a view that is given by uniforms.
+///
+/// # Safety
+/// As for [`Tables::model`].
+pub(super) unsafe fn uniforms_request(
+    tables: &mut Tables,
+    value: &ProjectorValue,
+    view: &ProjectionUniforms,
+) -> Result<ViewRequest> {
+    Ok(ViewRequest {
+        view: View::Projection(view.into()),
+        early_exit: view.enableEarlyExit.get(),
+        // SAFETY: the caller's promise is the same.
+        spectral: unsafe { tables.model(value, view)? },
+    })
 }
 
 /// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by source and detector in float64. Rays are the segments

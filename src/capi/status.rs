@@ -25,6 +25,10 @@ pub const DRR_STATUS_INTERNAL: DrrStatus = 4;
 /// The caller's DrrProgress function answered false.
 pub const DRR_STATUS_CANCELLED: DrrStatus = 5;
 
+/// A GPU or its driver failed: lost, reset, or an internal error. What was made with its context may be unusable from
+/// now on; a new context can tell whether the GPU is.
+pub const DRR_STATUS_DEVICE: DrrStatus = 6;
+
 /// The status that stands for an error.
 pub(super) fn of(error: &Error) -> DrrStatus {
     match error {
@@ -32,6 +36,7 @@ pub(super) fn of(error: &Error) -> DrrStatus {
         Error::Unsupported(_) => DRR_STATUS_UNSUPPORTED,
         Error::OutOfMemory { .. } => DRR_STATUS_OUT_OF_MEMORY,
         Error::Cancelled => DRR_STATUS_CANCELLED,
+        Error::Device(_) => DRR_STATUS_DEVICE,
         // No function of the C ABI touches a file.
         Error::Poisoned { .. } | Error::File { .. } => DRR_STATUS_INTERNAL,
     }
@@ -47,6 +52,7 @@ pub extern "C" fn drr_status_name(status: DrrStatus) -> *const c_char {
         DRR_STATUS_OUT_OF_MEMORY => c"DRR_STATUS_OUT_OF_MEMORY",
         DRR_STATUS_INTERNAL => c"DRR_STATUS_INTERNAL",
         DRR_STATUS_CANCELLED => c"DRR_STATUS_CANCELLED",
+        DRR_STATUS_DEVICE => c"DRR_STATUS_DEVICE",
         _ => c"unknown status",
     };
     name.as_ptr()

@@ -1,17 +1,31 @@
 //! Engines execute a plan. They share the plan and the rays, and nothing else.
 
 pub mod cpu;
+#[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
+mod cuda;
+mod device;
+mod encode;
+#[cfg_attr(
+    not(any(feature = "cuda", feature = "host", target_vendor = "apple")),
+    allow(dead_code, unused_imports, reason = "none of its engines is built")
+)]
 mod gpu;
 #[cfg(feature = "host")]
 pub mod host;
 mod images;
 mod progress;
 pub mod reference;
+mod timings;
 
+use std::ffi::c_void;
 use std::sync::Arc;
 
+pub(crate) use device::Device;
+pub use device::DeviceChoice;
+pub use encode::DeviceOutputs;
 pub use images::{Images, Layers};
 pub use progress::{Progress, Report, SILENT};
+pub use timings::Timings;
 
 use crate::error::Result;
 use crate::physics::SpectralModel;
@@ -37,6 +51,9 @@ pub enum Backend {
 impl Backend {
     /// Every engine, there or not.
     pub const ALL: [Self; 5] = [Self::Reference, Self::Cpu, Self::Host, Self::Cuda, Self::Metal];
+
+    /// The engines of which the best that is there is taken, best first. The last one always is.
+    pub(crate) const BEST_FIRST: [Self; 3] = [Self::Metal, Self::Cuda, Self::Cpu];
 
     /// The name on command lines and in files.
     pub fn name(self) -> &'static str {
@@ -79,4 +96,32 @@ pub trait Engine: Send + Sync {
     /// # Errors
     /// `Cancelled` once the job's progress says so: each thread finishes at most one more piece of work; `OutOfMemory`.
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>>;
+
+    /// Puts the projection of all views into a queue of the device's and returns without waiting for it. The job's
+    /// progress hears nothing.
+    ///
+    /// # Safety
+    /// `queue` and `outputs` are as [`DeviceOutputs`] says.
+    ///
+    /// # Errors
+    /// `Unsupported` where there is no queue: on the CPU; `InvalidArgument` for an output that the engine does not have.
+    #[allow(unsafe_code, reason = "queue and outputs are the caller's, and believed")]
+    unsafe fn encode(&self, job: &Job<'_>, queue: *mut c_void, outputs: &DeviceOutputs) -> Result<()> {
+        let _ = (job, queue, outputs);
+        Err(encode::unsupported())
+    }
+
+    /// What the device measured so far; `None` for engines of the CPU, which whoever calls them can time.
+    fn timings(&self) -> Option<Timings> {
+        None
+    }
+
+    /// Bytes per second, read and written, of one copy between two buffers of the device as large as the volume's,
+    /// by the device's clock; `None` for engines of the CPU.
+    ///
+    /// # Errors
+    /// `OutOfMemory` when the device has no room for the copy.
+    fn copy_bandwidth(&self) -> Result<Option<f64>> {
+        Ok(None)
+    }
 }

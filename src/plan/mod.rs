@@ -33,6 +33,9 @@ pub struct Plan {
     pub materials: Vec<PlannedMaterial>,
     /// Energy bins summed per ray.
     pub energy_bins: usize,
+    /// Pixels that a GPU works on together, columns and rows, where one does. Changes the time and nothing else.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub block: Option<[usize; 2]>,
     /// What runs, in order.
     pub stages: Vec<Stage>,
     /// What does not run, and why.
@@ -82,6 +85,7 @@ impl Plan {
             algorithm: scene.algorithm,
             supersampling: scene.supersampling,
             energy_bins: scene.spectral_model()?.bins(),
+            block: Self::block(engine, volume),
             stages: Vec::new(),
             omissions: Vec::new(),
             materials,
@@ -89,6 +93,18 @@ impl Plan {
         plan.stages = stage::stages(&plan, scene, volume);
         plan.omissions = stage::omissions(&plan, scene, volume);
         Ok(plan)
+    }
+
+    /// As measured on an H100 (`benches/README.md`); for Apple's GPUs the specification's.
+    fn block(engine: Backend, volume: &Volume) -> Option<[usize; 2]> {
+        let labels = volume.materials().iter().filter(|material| material.labelled).count();
+        match engine {
+            // Threads that run together part where their rays meet other materials: less in a squarer tile.
+            Backend::Cuda if labels > 1 => Some([8, 16]),
+            Backend::Cuda => Some([16, 8]),
+            Backend::Metal => Some([16, 16]),
+            Backend::Reference | Backend::Cpu | Backend::Host => None,
+        }
     }
 
     /// Labels that thresholds made mean certain materials; a scene with other built-in materials is a mistake. Names that

@@ -6,6 +6,7 @@
 
 mod coverage;
 mod nvrtc;
+mod stand_in;
 mod thread_sanitizer;
 mod toolchain;
 
@@ -16,7 +17,7 @@ use thread_sanitizer::ThreadSanitizer;
 use toolchain::{Compiler, Library, launch, run};
 
 /// Programs of `cabi-tests/`.
-const PROGRAMS: [&str; 12] = [
+const PROGRAMS: [&str; 14] = [
     "layout",
     "minimal",
     "errors",
@@ -28,6 +29,8 @@ const PROGRAMS: [&str; 12] = [
     "out_of_memory",
     "against_reference",
     "early_exit",
+    "gpu",
+    "cuda_stream",
     "pipeline",
 ];
 
@@ -129,6 +132,29 @@ fn finds(compiler: &Compiler, library: &Library, program: &str, error: &str) -> 
     }
 }
 
+/// Programs that take the best engine there is, on a stand-in for an NVIDIA GPU.
+fn programs_on_a_gpu(library: &Library) -> Vec<Trial> {
+    if !cfg!(all(feature = "cuda", target_os = "linux")) {
+        return Vec::new();
+    }
+    let c11 = Compiler::c("c11");
+    let trial = |name: &'static str| {
+        let library = library.clone();
+        needing(format!("cuda_stand_in::{name}"), c11.clone(), move |compiler| {
+            stand_in::passes(&compiler, &library, name)
+        })
+    };
+    let mut trials = ["gpu", "cuda_stream", "lifecycle", "threads", "threads_and_volumes"]
+        .map(trial)
+        .into_iter()
+        .collect::<Vec<_>>();
+    let library = library.clone();
+    trials.push(needing("cuda_stand_in::failures_are_told", c11.clone(), move |compiler| {
+        stand_in::failures_are_told(&compiler, &library)
+    }));
+    trials
+}
+
 fn headers() -> Vec<Trial> {
     let languages = [
         ("c99", Compiler::c("c99")),
@@ -183,5 +209,6 @@ fn main() {
     trials.extend(headers());
     trials.extend(programs(&library));
     trials.extend(threaded_programs());
+    trials.extend(programs_on_a_gpu(&library));
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }

@@ -1,9 +1,9 @@
 //! How line integrals are taken, and on what.
 
-use anyhow::{Context as _, Result, bail};
+use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
-use drr::engine::Backend;
-use drr::{Algorithm, Context};
+use drr::engine::{Backend, DeviceChoice};
+use drr::{Algorithm, Context, Error};
 
 use crate::value;
 
@@ -22,6 +22,9 @@ pub(crate) struct MethodArguments {
     /// Where it runs
     #[arg(long, value_enum, default_value = "cpu")]
     engine: EngineName,
+    /// Which of the GPUs that --engine has, counted from 0
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "0")]
+    device: usize,
     /// Threads; 0 is one per core
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "0")]
     threads: usize,
@@ -56,7 +59,7 @@ pub(crate) enum EngineName {
 impl Default for MethodArguments {
     fn default() -> Self {
         let (algorithm, engine) = (AlgorithmName::Joseph, EngineName::Cpu);
-        Self { algorithm, step: None, supersample: 1, engine, threads: 0 }
+        Self { algorithm, step: None, supersample: 1, engine, device: 0, threads: 0 }
     }
 }
 
@@ -80,7 +83,15 @@ impl MethodArguments {
     }
 
     pub(crate) fn context(&self) -> Result<Context> {
-        Context::new(self.engine.backend(), self.threads).context("--threads")
+        let (backend, choice) = (self.engine.backend(), DeviceChoice::index(self.device));
+        Context::on_device(backend, self.threads, choice).map_err(|error| {
+            let argument = match &error {
+                Error::InvalidArgument { argument, .. } if argument == "device_index" => "--device",
+                Error::InvalidArgument { .. } => "--threads",
+                _ => "--engine",
+            };
+            anyhow::Error::new(error).context(argument)
+        })
     }
 }
 

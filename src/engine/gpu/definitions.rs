@@ -92,3 +92,90 @@ impl Definitions {
         self.0.iter().copied()
     }
 }
+
+#[cfg(test)]
+impl Definitions {
+    /// Specialisations that have, between them, every definition on and off, every algorithm with every kind of voxels,
+    /// and every algorithm along every axis.
+    pub(crate) fn covering() -> Vec<Self> {
+        let plain = |algorithm: u32| Specialisation { algorithm, ..Specialisation::default() };
+        let mut all = Vec::new();
+        for algorithm in 0..3 {
+            let plain = plain(algorithm);
+            all.extend([0, 1, 2].map(|density| Specialisation { density, ..plain }));
+            all.push(Specialisation { voxels: 1, ..plain });
+            all.push(Specialisation { voxels: 1, one_label: true, ..plain });
+            all.extend([0, 1, 2].map(|axis| Specialisation { axis: Some(axis), ..plain }));
+            all.push(Specialisation { one_label: true, labels: 0b100, axis: Some(1), ..plain });
+            all.push(Specialisation { labels: 0, ..plain });
+            all.push(Specialisation { labels: 0xff, materials: 8, axis: Some(2), ..plain });
+            all.push(Specialisation { supersampling: 2, ..plain });
+            all.push(Specialisation { supersampling: 3, axis: Some(1), ..plain });
+            let silent = Layers::default();
+            for (layers, bone, early_exit) in [
+                (Layers { intensity: true, ..silent }, None, true),
+                (Layers { intensity: true, bone_path: true, ..silent }, Some(3), true),
+                (Layers { intensity: true, ..silent }, None, false),
+                (Layers { line_integral: true, ..silent }, None, false),
+                (Layers { areal_density: true, ..silent }, None, false),
+                (Layers { bone_path: true, ..silent }, Some(0), false),
+                (Layers { bone_path: true, ..silent }, None, false),
+            ] {
+                all.push(Specialisation { layers, bone, early_exit, axis: Some(1), ..plain });
+            }
+        }
+        all.into_iter().map(Specialisation::definitions).collect()
+    }
+}
+
+/// What definitions say, field by field.
+#[cfg(test)]
+#[derive(Clone, Copy)]
+struct Specialisation {
+    algorithm: u32,
+    labels: u32,
+    materials: u32,
+    supersampling: u32,
+    voxels: u32,
+    density: u32,
+    one_label: bool,
+    layers: Layers,
+    bone: Option<u8>,
+    early_exit: bool,
+    axis: Option<usize>,
+}
+
+#[cfg(test)]
+impl Default for Specialisation {
+    fn default() -> Self {
+        Self {
+            algorithm: 0,
+            labels: 0b1111,
+            materials: 4,
+            supersampling: 1,
+            voxels: 0,
+            density: 0,
+            one_label: false,
+            layers: Layers::ALL,
+            bone: Some(3),
+            early_exit: false,
+            axis: None,
+        }
+    }
+}
+
+#[cfg(test)]
+impl Specialisation {
+    fn definitions(self) -> Definitions {
+        let mut all = vec![
+            ("DRR_ALGORITHM", self.algorithm),
+            ("DRR_LABELS", self.labels),
+            ("DRR_MATERIALS", self.materials),
+            ("DRR_SUPERSAMPLING", self.supersampling),
+            ("DRR_VOXELS", self.voxels),
+            ("DRR_DENSITY", self.density),
+        ];
+        all.extend(self.one_label.then_some(("DRR_ONE_LABEL", 1)));
+        Definitions(all).for_job(self.layers, self.bone, self.early_exit, self.axis)
+    }
+}

@@ -13,6 +13,8 @@ pub(crate) mod wire;
 pub(crate) use definitions::{Definitions, Layout};
 pub(crate) use program::{Prepared, Views};
 pub(crate) use spectra::Spectra;
+#[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
+pub(crate) use text::CUDA as CUDA_TEXT;
 #[cfg(feature = "host")]
 pub(crate) use text::HOST as HOST_TEXT;
 pub(crate) use voxels::{DeviceVoxels, Slab};

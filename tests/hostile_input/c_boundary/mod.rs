@@ -28,7 +28,13 @@ thread_local! {
 }
 
 fn context(backend: u32) -> *mut DrrContext {
-    let mut options = DrrContextOptions { struct_size: 0, backend: 0, thread_count: 0 };
+    let mut options = DrrContextOptions {
+        struct_size: 0,
+        backend: 0,
+        thread_count: 0,
+        metal_device: std::ptr::null_mut(),
+        device_index: 0,
+    };
     // SAFETY: places for the structs and the handle are there.
     unsafe {
         assert!(succeeded(drr_context_options_init(&raw mut options)));

@@ -81,12 +81,20 @@ pub(super) fn geometry(input: &mut Input<'_>) {
 /// A context with any options; few threads where they would be started.
 pub(super) fn context(input: &mut Input<'_>) {
     let threads = input.code(u32::MAX);
-    let options = DrrContextOptions {
+    let mut options = DrrContextOptions {
         struct_size: input.count(size_of::<DrrContextOptions>(), 0..40),
         backend: input.code(DRR_BACKEND_REFERENCE),
         thread_count: if threads > 1024 { threads } else { threads.clamp(1, MOST_THREADS) },
+        metal_device: std::ptr::null_mut(),
+        device_index: 0,
     };
-    let given = How::of(input).pass(&raw const options);
+    let how = How::of(input);
+    options.device_index = input.count(0, 0..4);
+    if options.backend == DRR_BACKEND_REFERENCE && input.seldom() {
+        // No device, which an engine of the CPU refuses without a look at it.
+        options.metal_device = std::ptr::dangling_mut();
+    }
+    let given = how.pass(&raw const options);
     if given.is_null() {
         return; // one thread per core
     }

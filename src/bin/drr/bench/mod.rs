@@ -1,5 +1,8 @@
 //! `drr bench`.
 
+mod gpu;
+mod times;
+
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
@@ -11,18 +14,21 @@ use drr::volume::{Volume, Voxels};
 use rayon::prelude::*;
 use serde_json::json;
 
+use crate::bench::gpu::Gpu;
+use crate::bench::times::Times;
 use crate::console::Console;
 use crate::effort::Effort;
 use crate::inputs::{Inputs, Setup};
 use crate::memory;
 use crate::method::describe;
-use crate::value::{prefixed, seconds};
+use crate::value::prefixed;
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The line integral and the intensity of all views are projected, with the volume resident and without writing files. The
 read pass sums the voxels' bytes on all threads: no projector that reads every voxel once can be faster. One run of
-every stage comes first and is not counted.")]
+every stage comes first and is not counted. On a GPU the kernel's time is by the GPU's clock, of at least 50 runs; copies
+of a buffer of the volume's size, made between them, take the read pass's place.")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     inputs: Inputs,
@@ -30,38 +36,9 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", default_value = "7", help_heading = "Output")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     repeat: u32,
-    /// Print one JSON object: median_seconds and times (s, the projection of all views), peak_bytes, stages, ...
+    /// Print one JSON object: median_seconds and times (s, the projection of all views), peak_bytes, stages, gpu, ...
     #[arg(long, help_heading = "Output")]
     json: bool,
-}
-
-/// Durations of one stage, s.
-struct Times {
-    name: &'static str,
-    all: Vec<f64>,
-}
-
-impl Times {
-    fn new(name: &'static str) -> Self {
-        Self { name, all: Vec::new() }
-    }
-
-    fn sorted(&self) -> Vec<f64> {
-        let mut sorted = self.all.clone();
-        sorted.sort_by(f64::total_cmp);
-        sorted
-    }
-
-    fn median(&self) -> f64 {
-        let sorted = self.sorted();
-        let middle = sorted.len() / 2;
-        if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (sorted[middle - 1] + sorted[middle]) }
-    }
-
-    fn to_json(&self) -> serde_json::Value {
-        let sorted = self.sorted();
-        json!({ "median_seconds": self.median(), "min_seconds": sorted[0], "max_seconds": sorted[sorted.len() - 1] })
-    }
 }
 
 /// `drr bench`.
@@ -83,25 +60,33 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let layers = Layers { intensity: true, line_integral: true, ..Layers::default() };
     let mut project = Times::new("projection");
     let mut read = Times::new("read pass");
+    let mut gpu = Gpu::of(&projector);
+    let runs = if gpu.is_some() { runs.max(gpu::RUNS) } else { runs };
     let bar = console.bar("projecting", runs as usize + 1);
     for run in 0..=runs {
         let start = Instant::now();
         std::hint::black_box(projector.project(&requests, layers, SILENT)?);
         let projected = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        std::hint::black_box(setup.context.install(|| read_pass(&volume)));
+        if gpu.is_none() {
+            std::hint::black_box(setup.context.install(|| read_pass(&volume)));
+        }
         if run > 0 {
             project.all.push(projected);
-            read.all.push(start.elapsed().as_secs_f64());
+            match &mut gpu {
+                Some(gpu) => gpu.note(&projector)?,
+                None => read.all.push(start.elapsed().as_secs_f64()),
+            }
         }
         bar.inc(1);
     }
     bar.finish_and_clear();
 
     let effort = Effort::of(&projector, &requests)?;
-    let stages = [&load, &classify, &create, &project, &read];
+    let mut stages = vec![&load, &classify, &create, &project];
+    stages.extend(gpu.is_none().then_some(&read));
     let median = project.median();
-    let ratio = median / read.median();
+    let ratio = gpu.is_none().then(|| median / read.median());
     if arguments.json {
         let stages: serde_json::Map<_, _> =
             stages.iter().map(|times| (times.name.replace(' ', "_"), times.to_json())).collect();
@@ -122,6 +107,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
             "rays_per_second": effort.rays / median,
             "samples_per_second": effort.samples / median,
             "ratio_to_read_pass": ratio,
+            "gpu": gpu.map(|gpu| gpu.to_json(&setup.context, effort.samples)),
         });
         Console::answer(report);
         return Ok(ExitCode::SUCCESS);
@@ -132,20 +118,17 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         arguments.inputs.ct.name(), requests.len(), describe(projector.scene().algorithm),
         setup.context.backend().name(), setup.context.threads()));
     for times in stages {
-        let sorted = times.sorted();
-        console.say(format_args!(
-            "  {:<20} median {:>10}   min {:>10}   max {:>10}",
-            times.name,
-            seconds(times.median()),
-            seconds(sorted[0]),
-            seconds(sorted[sorted.len() - 1]),
-        ));
+        times.say(console);
     }
     console.say(format_args!(
-        "  throughput           {}rays/s, {}samples/s; {ratio:.1} times the read pass",
+        "  throughput           {}rays/s, {}samples/s{}",
         prefixed(effort.rays / median),
         prefixed(effort.samples / median),
+        ratio.map_or(String::new(), |ratio| format!("; {ratio:.1} times the read pass")),
     ));
+    if let Some(gpu) = &gpu {
+        gpu.say(&setup.context, effort.samples, console);
+    }
     let bytes = |n: f64| format!("{}B", prefixed(n));
     let peak = memory::peak_bytes().map_or("unknown".into(), |n| bytes(n as f64));
     console.say(format_args!("  memory               peak {peak}, volume {}", bytes(volume.bytes() as f64)));

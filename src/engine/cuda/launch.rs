@@ -1,0 +1,175 @@
+//! One launch of the kernel: some views of a job.
+
+use std::ffi::c_void;
+
+use cudarc::driver::{result, sys};
+
+use crate::engine::cuda::Cuda;
+use crate::engine::cuda::driver::{Current, Event, Stream, checked};
+use crate::engine::cuda::program::Program;
+use crate::engine::gpu::Views;
+use crate::engine::gpu::wire::Beam;
+use crate::engine::{Images, Layers};
+use crate::error::Result;
+
+/// `DrrImages` of `shaders/pixel.h`: where the layers go; 0 for what is not wanted.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C)]
+pub(super) struct Places {
+    pub(super) intensity: sys::CUdeviceptr,
+    pub(super) line_integral: sys::CUdeviceptr,
+    pub(super) areal_density: sys::CUdeviceptr,
+    pub(super) bone_path: sys::CUdeviceptr,
+}
+
+impl Places {
+    /// The places of later views, `pixels` further on, of `materials` materials.
+    pub(super) fn after(self, pixels: usize, materials: usize) -> Self {
+        let step = |address: u64, values: usize| match address {
+            0 => 0,
+            address => address + (values * size_of::<f32>()) as u64,
+        };
+        Self {
+            intensity: step(self.intensity, pixels),
+            line_integral: step(self.line_integral, pixels),
+            areal_density: step(self.areal_density, pixels * materials),
+            bone_path: step(self.bone_path, pixels),
+        }
+    }
+
+    /// Places in one buffer from `address` on, for as many pixels; and the bytes that they take.
+    pub(super) fn packed(address: u64, pixels: usize, materials: usize, layers: Layers) -> (Self, usize) {
+        let mut bytes = 0;
+        let mut place = |wanted: bool, values: usize| {
+            let place = if wanted { address + bytes as u64 } else { 0 };
+            bytes += if wanted { values * size_of::<f32>() } else { 0 };
+            place
+        };
+        let places = Self {
+            intensity: place(layers.intensity, pixels),
+            line_integral: place(layers.line_integral, pixels),
+            areal_density: place(layers.areal_density, pixels * materials),
+            bone_path: place(layers.bone_path, pixels),
+        };
+        (places, bytes)
+    }
+
+    /// Copies the pixels of views `first …` to the host. The stream must be waited for.
+    ///
+    /// # Safety
+    /// The places are of the wanted layers, for `pixels` pixels of all those views; the images stay until the stream
+    /// has run it.
+    pub(super) unsafe fn copy_back(
+        &self,
+        images: &mut Images<f32>,
+        first: usize,
+        pixels: usize,
+        stream: &Stream<'_>,
+    ) -> Result<()> {
+        let materials = images.materials;
+        let start = first * images.size[0] * images.size[1];
+        let layers = [
+            (&mut images.intensity, self.intensity, 1),
+            (&mut images.line_integral, self.line_integral, 1),
+            (&mut images.areal_density, self.areal_density, materials),
+            (&mut images.bone_path, self.bone_path, 1),
+        ];
+        for (image, place, planes) in layers.into_iter().filter(|(image, ..)| !image.is_empty()) {
+            let part = &mut image[start * planes..(start + pixels) * planes];
+            // SAFETY: by the caller's promise.
+            let copied = unsafe { result::memcpy_dtoh_async(part, place, stream.raw) };
+            checked("the images from the GPU", copied)?;
+        }
+        Ok(())
+    }
+}
+
+/// `DrrSpectra` of `shaders/spectrum.h`.
+#[repr(C)]
+struct KernelSpectra {
+    weight: sys::CUdeviceptr,
+    attenuation: sys::CUdeviceptr,
+}
+
+/// Beams and tables in one block of bytes, and where the tables begin.
+fn packed(views: &Views) -> (Vec<u8>, [usize; 2]) {
+    let floats = |values: &[f32]| values.iter().flat_map(|x| x.to_ne_bytes()).collect::<Vec<_>>();
+    // SAFETY: plain numbers without padding (`wire.rs` asserts the size), read as bytes.
+    let beams = unsafe {
+        std::slice::from_raw_parts(views.beams.as_ptr().cast::<u8>(), size_of::<Beam>() * views.beams.len())
+    };
+    let mut bytes = beams.to_vec();
+    let weight = bytes.len();
+    bytes.extend(floats(&views.spectra.weights));
+    let attenuation = bytes.len();
+    bytes.extend(floats(&views.spectra.attenuation));
+    (bytes, [weight, attenuation])
+}
+
+/// A stream that is waited for, and the moments before and after the kernel; or one of the caller's.
+pub(super) struct Queue<'a> {
+    pub(super) stream: sys::CUstream,
+    pub(super) current: &'a Current,
+    pub(super) clock: Option<(&'a Stream<'a>, [&'a Event<'a>; 2])>,
+}
+
+impl Cuda {
+    /// Puts a launch into a stream, with all that it needs.
+    ///
+    /// # Safety
+    /// `places` has room for the wanted layers of the views, until the stream has run it; the stream is alive.
+    pub(super) unsafe fn enqueue(
+        &self,
+        views: &Views,
+        layers: Layers,
+        program: &Program,
+        places: Places,
+        queue: &Queue<'_>,
+    ) -> Result<()> {
+        let pixels = self.prepared.size[0] * self.prepared.size[1] * views.beams.len();
+        let (bytes, [weight, attenuation]) = packed(views);
+        let lent = self.device.lend("a launch's views", bytes.len(), queue.stream, queue.current)?;
+        // SAFETY: lent for as many bytes. Of memory that is not page-locked the driver takes a copy during the call.
+        checked("a launch's views", unsafe {
+            result::memcpy_htod_async(lent.address, &bytes, queue.stream)
+        })?;
+        if layers.bone_path {
+            // A kernel for a volume without bone does not write it.
+            // SAFETY: the place has room by the caller's promise.
+            checked("the bone path's zeros", unsafe {
+                result::memset_d8_async(places.bone_path, 0, pixels * size_of::<f32>(), queue.stream)
+            })?;
+        }
+        let mut launch = views.launch;
+        let mut beams = lent.address;
+        let mut voxels = self.volume.parameter();
+        let mut spectra = KernelSpectra {
+            weight: lent.address + weight as u64,
+            attenuation: lent.address + attenuation as u64,
+        };
+        let mut places = places;
+        let mut parameters: [*mut c_void; 5] = [
+            (&raw mut launch).cast(),
+            (&raw mut beams).cast(),
+            (&raw mut voxels).cast(),
+            (&raw mut spectra).cast(),
+            (&raw mut places).cast(),
+        ];
+        let [columns, rows] = self.block;
+        let [width, height] = self.prepared.size.map(|n| n as u32);
+        let grid = (width.div_ceil(columns) * views.beams.len() as u32, height.div_ceil(rows), 1);
+        if let Some((stream, [start, _])) = queue.clock {
+            start.record(stream)?;
+        }
+        // SAFETY: the parameters are those of `shaders/drr.cu` by type and order, and are copied during the call; the
+        // arrays are as long as the launch says. A layout that the kernel does not have makes its struct shorter.
+        checked("the kernel", unsafe {
+            let block = (columns, rows, 1);
+            result::launch_kernel(program.function, grid, block, 0, queue.stream, &mut parameters)
+        })?;
+        if let Some((stream, [_, end])) = queue.clock {
+            end.record(stream)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,167 @@
+//! The kernel text on an NVIDIA GPU: compiled when it is first used, by NVIDIA's run-time compiler, and launched by
+//! NVIDIA's driver. Both are found when the device is opened; nothing of CUDA is needed before.
+#![allow(unsafe_code, reason = "calls NVIDIA's driver")]
+
+mod device;
+mod driver;
+mod launch;
+mod program;
+mod volume;
+
+use std::ffi::c_void;
+use std::sync::{Arc, Mutex, PoisonError};
+
+pub(crate) use device::Device;
+
+use crate::engine::gpu::Prepared;
+use crate::engine::{Backend, DeviceOutputs, Engine, Images, Job, Timings, ViewJob};
+use crate::error::{Error, Result};
+use crate::plan::Plan;
+use crate::scene::Scene;
+use crate::volume::Volume;
+use driver::{Current, Event, Stream};
+use launch::{Places, Queue};
+use volume::DeviceVolume;
+
+/// Most views of one launch. Between launches progress is reported.
+const VIEWS: usize = 8;
+
+/// The kernel on a GPU, ready for one scene and one volume.
+pub(crate) struct Cuda {
+    prepared: Prepared,
+    volume: Arc<DeviceVolume>,
+    device: Arc<Device>,
+    /// Columns and rows of pixels.
+    block: [u32; 2],
+    views_at_once: usize,
+    timings: Mutex<Timings>,
+}
+
+impl Cuda {
+    /// Ready to project `volume` as `scene` and `plan` say.
+    ///
+    /// # Errors
+    /// `Unsupported` for a volume or a detector that is too large; `OutOfMemory`; `Device`.
+    pub(crate) fn new(device: Arc<Device>, volume: &Arc<Volume>, scene: &Scene, plan: &Plan) -> Result<Self> {
+        let materials = scene.materials.names().len();
+        let values = scene.detector[0] * scene.detector[1] * materials;
+        // The kernel numbers pixels in 32 bits.
+        let views_at_once = (u32::MAX as usize / values).min(VIEWS);
+        if views_at_once == 0 {
+            let text =
+                format!("{values} pixels times materials are too many for GPU engines, which count to 2^32");
+            return Err(Error::Unsupported(text));
+        }
+        let on_device = device.volume(volume)?;
+        let prepared = Prepared::new(volume, &on_device.voxels, on_device.voxels.layout(), scene, plan)?;
+        let timings = Timings {
+            upload_seconds: on_device.upload_seconds,
+            volume_bytes: on_device.bytes(),
+            ..Timings::default()
+        };
+        Ok(Self {
+            prepared,
+            volume: on_device,
+            device,
+            block: plan.block.unwrap_or([1, 1]).map(|n| n as u32),
+            views_at_once,
+            timings: Mutex::new(timings),
+        })
+    }
+
+    fn pixels(&self) -> usize {
+        self.prepared.size[0] * self.prepared.size[1]
+    }
+
+    fn threads(&self) -> u32 {
+        self.block[0] * self.block[1]
+    }
+
+    /// Projects the views from `first` on that one launch takes; seconds of the kernel.
+    fn launch(
+        &self,
+        job: &Job<'_>,
+        first: usize,
+        images: &mut Images<f32>,
+        stream: &Stream<'_>,
+        current: &Current,
+    ) -> Result<f64> {
+        let last = (first + self.views_at_once).min(job.views.len());
+        let views = self.prepared.views(&job.views[first..last], job.layers);
+        let program = self.device.program(&views.definitions, self.threads(), current)?;
+        let pixels = self.pixels() * (last - first);
+        let materials = self.prepared.materials;
+        let (_, bytes) = Places::packed(0, pixels, materials, job.layers);
+        let lent = self.device.lend("the images", bytes, stream.raw, current)?;
+        let (places, _) = Places::packed(lent.address, pixels, materials, job.layers);
+        let [start, end] = [Event::new(current)?, Event::new(current)?];
+        let queue = Queue { stream: stream.raw, current, clock: Some((stream, [&start, &end])) };
+        // SAFETY: the places are in memory that is lent until after the stream is waited for, which is also when the
+        // images are complete; a failure in between waits as well.
+        let enqueued = unsafe {
+            self.enqueue(&views, job.layers, &program, places, &queue)
+                .and_then(|()| places.copy_back(images, first, pixels, stream))
+        };
+        enqueued.and(stream.finish("the kernel"))?;
+        let mut timings = self.timings.lock().unwrap_or_else(PoisonError::into_inner);
+        timings.compile_seconds = program.compile_seconds;
+        (timings.registers, timings.local_bytes) = (program.registers, program.local_bytes);
+        end.seconds_since(&start)
+    }
+}
+
+impl Engine for Cuda {
+    fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
+        let mut images =
+            Images::zeroed(self.prepared.size, job.views.len(), self.prepared.materials, job.layers)?;
+        let current = self.device.current()?;
+        let stream = Stream::new(&current)?;
+        let mut kernel_seconds = 0.0;
+        for first in (0..job.views.len()).step_by(self.views_at_once) {
+            kernel_seconds += self.launch(job, first, &mut images, &stream, &current)?;
+            let views = self.views_at_once.min(job.views.len() - first);
+            job.progress.finished(views * self.pixels() * self.prepared.rays_per_pixel)?;
+        }
+        self.timings.lock().unwrap_or_else(PoisonError::into_inner).kernel_seconds = kernel_seconds;
+        Ok(images)
+    }
+
+    unsafe fn encode(&self, job: &Job<'_>, queue: *mut c_void, outputs: &DeviceOutputs) -> Result<()> {
+        if !outputs.intensity_texture.is_null() {
+            let valid = format!("NULL, because the engine is {}", Backend::Cuda.name());
+            return Err(Error::invalid("outputs.intensity_texture", "not NULL", valid));
+        }
+        let current = self.device.current()?;
+        let queue = Queue { stream: queue.cast(), current: &current, clock: None };
+        // SAFETY: a stream, by the caller's promise.
+        unsafe { driver::not_captured(queue.stream)? };
+        let address = |pointer: *mut c_void| pointer.expose_provenance() as u64;
+        let mut places = Places {
+            intensity: address(outputs.intensity),
+            line_integral: address(outputs.line_integral),
+            areal_density: address(outputs.areal_density),
+            bone_path: address(outputs.bone_path),
+        };
+        // All kernels are compiled before the first is in the queue.
+        let prepared = |some: &[ViewJob]| {
+            let views = self.prepared.views(some, job.layers);
+            let program = self.device.program(&views.definitions, self.threads(), &current)?;
+            Ok((views, program))
+        };
+        let launches: Vec<_> = job.views.chunks(self.views_at_once).map(prepared).collect::<Result<_>>()?;
+        for (views, program) in &launches {
+            // SAFETY: stream and places are the caller's, as promised.
+            unsafe { self.enqueue(views, job.layers, program, places, &queue)? };
+            places = places.after(self.pixels() * views.beams.len(), self.prepared.materials);
+        }
+        Ok(())
+    }
+
+    fn timings(&self) -> Option<Timings> {
+        Some(*self.timings.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn copy_bandwidth(&self) -> Result<Option<f64>> {
+        self.volume.copy_bandwidth().map(Some)
+    }
+}
