@@ -70,10 +70,10 @@ fn with_spectral_tables_of_their_own(backend: Backend) {
     conforms_with(&KINDS, backend, "several tubes", &volume(grid), &scene, &views);
 }
 
-/// A chest of one and a half metres, behind which nothing is left.
+/// A chest four metres deep, behind which nothing is left, of many blocks of slices.
 fn giant(size: [usize; 2]) -> (Arc<Volume>, View) {
-    let grid = Grid::centred([70, 61, 53], DVec3::splat(25.0)).expect("valid");
-    let pose = DetectorPose::c_arm(DVec3::ZERO, 5.0, 5000.0, 7000.0, 2800.0 / size[0] as f64, size);
+    let grid = Grid::centred([40, 400, 30], DVec3::new(25.0, 10.0, 25.0)).expect("valid");
+    let pose = DetectorPose::c_arm(DVec3::ZERO, 2.0, 9000.0, 12000.0, 1500.0 / size[0] as f64, size);
     (volume(grid), View::Pose(pose))
 }
 
@@ -90,13 +90,13 @@ fn with_early_exit(backend: Backend) {
             let lost = stopped.intensity.iter().zip(&truth.intensity);
             let lost = lost.map(|(&x, t)| (f64::from(x) - t).abs() - 1e-4 * t).fold(0.0, worse);
             assert!(lost <= (-15.0_f64).exp() * i0, "{algorithm:?}: {lost:e} of {i0:e}");
-            assert_ne!(stopped.intensity, whole.intensity, "{algorithm:?}: no ray stops");
-            assert_eq!(stopped.bone_path, whole.bone_path, "{algorithm:?}");
+            assert!(stopped.intensity != whole.intensity, "{algorithm:?}: no ray stops");
+            assert!(stopped.bone_path == whole.bone_path, "{algorithm:?}: the bone path shows it");
         }
         for (line_integral, areal_density) in [(true, false), (false, true)] {
             let layers = Layers { intensity: true, line_integral, areal_density, bone_path: true };
             let [stopped, whole] = with_and_without(&projector, view, layers);
-            assert_eq!(stopped, whole, "{algorithm:?}");
+            assert!(stopped == whole, "{algorithm:?}: another layer was asked for");
         }
     }
 }
