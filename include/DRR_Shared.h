@@ -24,7 +24,7 @@
 /* The three types whose spelling depends on the reader; their bytes do not. */
 #if defined(__METAL_VERSION__)
 #include <metal_stdlib>
-typedef ulong DrrAddress;
+typedef unsigned long DrrAddress;
 typedef metal::float3 DrrFloat3;
 typedef metal::float4x4 DrrFloat4x4;
 #elif defined(__CUDACC_RTC__)

@@ -9,6 +9,7 @@
 #if defined(__METAL_VERSION__)
 
 #include <metal_stdlib>
+using namespace metal;
 #pragma METAL fp math_mode(safe)
 #pragma METAL fp contract(off)
 #define DRR_DEVICE device
@@ -31,6 +32,21 @@ DRR_FUNCTION float drr_float_of_bits(uint bits) { return as_type<float>(bits); }
 DRR_FUNCTION uint drr_bits_of_float(float x) { return as_type<uint>(x); }
 // Whether any thread that runs beside this one says so. Decides what is faster, never what is computed.
 DRR_FUNCTION bool drr_any(bool here) { return metal::simd_any(here); }
+// Reads what no thread writes.
+template <typename T>
+DRR_FUNCTION T drr_load(const device T *place) { return *place; }
+// Four floats at a place that is aligned to 16 bytes.
+DRR_FUNCTION void drr_load_four(const device float *place, thread float *four) {
+    const float4 all = *(const device float4 *)place;
+    four[0] = all.x;
+    four[1] = all.y;
+    four[2] = all.z;
+    four[3] = all.w;
+}
+// 2^-23 code + origin, rounded once, for a code below 2^16.
+DRR_FUNCTION float drr_number_of_code(uint code, float origin) {
+    return metal::fma((float)code, 0x1p-23f, origin);
+}
 
 #elif defined(__CUDACC__) || defined(__CUDACC_RTC__)
 
@@ -56,6 +72,19 @@ DRR_FUNCTION float drr_log(float x) { return logf(x); }
 DRR_FUNCTION float drr_float_of_bits(uint bits) { return __uint_as_float(bits); }
 DRR_FUNCTION uint drr_bits_of_float(float x) { return __float_as_uint(x); }
 DRR_FUNCTION bool drr_any(bool here) { return __any_sync(__activemask(), here); }
+template <typename T>
+DRR_FUNCTION T drr_load(const T *place) { return __ldg(place); }
+DRR_FUNCTION void drr_load_four(const float *place, float *four) {
+    const float4 all = __ldg((const float4 *)place);
+    four[0] = all.x;
+    four[1] = all.y;
+    four[2] = all.z;
+    four[3] = all.w;
+}
+// As a denormal number a code is 2^-149 code: no conversion, which would take another unit's time.
+DRR_FUNCTION float drr_number_of_code(uint code, float origin) {
+    return __fmaf_rn(__uint_as_float(code), 0x1p126f, origin);
+}
 
 #else
 
@@ -87,6 +116,10 @@ DRR_FUNCTION float drr_log(float x) { return std::log(x); }
 DRR_FUNCTION float drr_float_of_bits(uint bits) { float x; std::memcpy(&x, &bits, sizeof x); return x; }
 DRR_FUNCTION uint drr_bits_of_float(float x) { uint bits; std::memcpy(&bits, &x, sizeof bits); return bits; }
 DRR_FUNCTION bool drr_any(bool here) { return here; }
+template <typename T>
+DRR_FUNCTION T drr_load(const T *place) { return *place; }
+DRR_FUNCTION void drr_load_four(const float *place, float *four) { std::memcpy(four, place, 4 * sizeof *four); }
+DRR_FUNCTION float drr_number_of_code(uint code, float origin) { return std::fma((float)code, 0x1p-23f, origin); }
 
 #endif
 

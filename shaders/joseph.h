@@ -18,13 +18,9 @@ struct DrrSquare {
 };
 
 DRR_FUNCTION DrrSquare drr_square(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
-                                  DRR_THREAD const DrrSteps &steps, DrrPosition u, DrrPosition v, int slice) {
+                                  DRR_THREAD const DrrSteps &steps, DrrPlace place, DrrPosition u, DrrPosition v) {
     DrrSquare square;
-    const DrrPlace place = drr_place(launch, steps, drr_voxel(u), drr_voxel(v), slice);
-    square.corner[0] = drr_read(launch, voxels, place);
-    square.corner[1] = drr_read(launch, voxels, place + steps.u);
-    square.corner[2] = drr_read(launch, voxels, place + steps.v);
-    square.corner[3] = drr_read(launch, voxels, place + steps.v + steps.u);
+    drr_read_square(launch, voxels, steps, place, square.corner);
     square.u = drr_fraction(u);
     square.v = drr_fraction(v);
     return square;
@@ -34,12 +30,12 @@ DRR_FUNCTION float drr_bilinear(DRR_THREAD const float *corner, float u, float v
     return drr_between(drr_between(corner[0], corner[1], u), drr_between(corner[2], corner[3], u), v);
 }
 
-// Not 0 when a corner's label is not that of the run.
-DRR_FUNCTION uint drr_breaks_run(DRR_THREAD const DrrSums &sums, DRR_THREAD const DrrSquare &square) {
+// How unlike a vacuum with the run's label the corners are; see drr_unlike.
+DRR_FUNCTION uint drr_unlike(DRR_THREAD const DrrSums &sums, DRR_THREAD const DrrSquare &square) {
     uint unlike = 0;
     DRR_UNROLL
     for (uint c = 0; c < 4; c++) unlike |= drr_unlike(square.corner[c], sums.label);
-    return unlike & DRR_UNLIKE_BITS;
+    return unlike;
 }
 
 DRR_FUNCTION float drr_in_run(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
@@ -50,60 +46,61 @@ DRR_FUNCTION float drr_in_run(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const D
     return drr_bilinear(corner, square.u, square.v);
 }
 
-// A sample whose corners have several labels: each label's density is interpolated apart.
+// Samples whose corners have several labels: each label's density is interpolated apart. The last corner's label begins
+// the next run.
+template <uint N>
 DRR_FUNCTION void drr_add_mixed(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
-                                DRR_THREAD DrrSums &sums, DRR_THREAD const DrrSquare &square, float length) {
-    float density[4];
+                                DRR_THREAD DrrSums &sums, DRR_THREAD const DrrSquare *squares, float length) {
+    float density[N][4];
+    uint labels = 0;
     DRR_UNROLL
-    for (uint c = 0; c < 4; c++) density[c] = drr_density(launch, voxels, square.corner[c]);
+    for (uint n = 0; n < N; n++) {
+        DRR_UNROLL
+        for (uint c = 0; c < 4; c++) {
+            density[n][c] = drr_density(launch, voxels, squares[n].corner[c]);
+            labels |= 1u << drr_label(squares[n].corner[c]);
+        }
+    }
     DRR_UNROLL
     for (uint m = 0; m < DRR_MAX_LABELS; m++) {
-        if (!DRR_HAS(m)) continue;
-        float corner[4];
+        if (!DRR_HAS(m) || !(labels >> m & 1)) continue;
+        float sum = 0.0f;
         DRR_UNROLL
-        for (uint c = 0; c < 4; c++) corner[c] = drr_label(square.corner[c]) == m ? density[c] : 0.0f;
-        sums.block[m] = drr_fma(length, drr_bilinear(corner, square.u, square.v), sums.block[m]);
+        for (uint n = 0; n < N; n++) {
+            float corner[4];
+            DRR_UNROLL
+            for (uint c = 0; c < 4; c++) corner[c] = drr_label(squares[n].corner[c]) == m ? density[n][c] : 0.0f;
+            sum += drr_bilinear(corner, squares[n].u, squares[n].v);
+        }
+        sums.block[m] = drr_fma(length, sum, sums.block[m]);
     }
+    drr_end_run(sums);
+    drr_start_run(launch, sums, drr_label(squares[N - 1].corner[3]));
 }
 
-DRR_FUNCTION void drr_add_square(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
-                                 DRR_THREAD DrrSums &sums, DRR_THREAD const DrrSquare &square, float length) {
+// N samples, each for the same length.
+template <uint N>
+DRR_FUNCTION void drr_add_squares(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
+                                  DRR_THREAD DrrSums &sums, DRR_THREAD const DrrSquare *squares, float length) {
+    uint unlike = 0;
+    DRR_UNROLL
+    for (uint n = 0; n < N; n++) unlike |= drr_unlike(sums, squares[n]);
+    if (!drr_any(unlike != 0)) return;
 #if !defined(DRR_ONE_LABEL)
-    if (drr_breaks_run(sums, square)) {
-        const uint label = drr_label(square.corner[0]);
-        uint mixed = 0;
-        DRR_UNROLL
-        for (uint c = 1; c < 4; c++) mixed |= drr_unlike(square.corner[c], label);
-        if (mixed & DRR_UNLIKE_BITS) {
-            drr_add_mixed(launch, voxels, sums, square, length);
+    if (drr_any((unlike & DRR_UNLIKE) != 0)) {
+        if (unlike & DRR_UNLIKE) {
+            drr_add_mixed<N>(launch, voxels, sums, squares, length);
             return;
         }
-        drr_end_run(sums);
-        drr_start_run(launch, sums, label);
     }
 #endif
-    sums.run = drr_fma(length, drr_in_run(launch, voxels, sums, square), sums.run);
-    sums.length += length;
-}
-
-// Whole slices, read together.
-DRR_FUNCTION void drr_add_squares(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
-                                  DRR_THREAD DrrSums &sums, DRR_THREAD const DrrSquare *squares) {
-#if !defined(DRR_ONE_LABEL)
-    uint breaks = 0;
+    float run = 0.0f;
     DRR_UNROLL
-    for (uint n = 0; n < DRR_TOGETHER; n++) breaks |= drr_breaks_run(sums, squares[n]);
-    if (drr_any(breaks != 0)) {
-        DRR_UNROLL
-        for (uint n = 0; n < DRR_TOGETHER; n++) drr_add_square(launch, voxels, sums, squares[n], 1.0f);
-        return;
-    }
-#endif
-    DRR_UNROLL
-    for (uint n = 0; n < DRR_TOGETHER; n++) {
-        sums.run += drr_in_run(launch, voxels, sums, squares[n]);
-    }
-    sums.length += (float)DRR_TOGETHER;
+    for (uint n = 0; n < N; n++) run += drr_in_run(launch, voxels, sums, squares[n]);
+    // Vacuum adds exactly nothing.
+    const float counts = unlike != 0 ? length : 0.0f;
+    sums.run = drr_fma(counts, run, sums.run);
+    sums.length = drr_fma(counts, (float)N, sums.length);
 }
 
 struct DrrJoseph {
@@ -115,31 +112,37 @@ struct DrrJoseph {
     DRR_METHOD bool end_block(DRR_CONSTANT DrrBeam &beam) { return drr_end_block(beam, sums); }
 
     DRR_METHOD void part(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD const DrrRay &ray,
-              DRR_THREAD const DrrSteps &steps, int cell, DrrTwofold from, DrrTwofold to) {
+                         DRR_THREAD const DrrSteps &steps, int cell, DrrTwofold from, DrrTwofold to) {
         const DrrTwofold s = drr_twofold((float)cell + 0.5f - drr_half_extent(launch, ray.axis));
         const DrrPosition u = drr_inside(drr_position(drr_across(launch, ray, 0, s)), launch.dimensions[ray.across[0]]);
         const DrrPosition v = drr_inside(drr_position(drr_across(launch, ray, 1, s)), launch.dimensions[ray.across[1]]);
-        const float length = drr_rounded(drr_subtract(to, from));
-        drr_add_square(launch, voxels, sums, drr_square(launch, voxels, steps, u, v, cell), length);
+        const DrrSquare square =
+            drr_square(launch, voxels, steps, drr_place(launch, steps, drr_voxel(u), drr_voxel(v), cell), u, v);
+        drr_add_squares<1>(launch, voxels, sums, &square, drr_rounded(drr_subtract(to, from)));
     }
 
-    DRR_METHOD void whole(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD const DrrSteps &steps,
-               DrrCourse u, DrrCourse v, DrrCourse, int cell, int end) {
+    DRR_METHOD void whole(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
+                          DRR_THREAD const DrrSteps &steps, DrrCourse u, DrrCourse v, DrrCourse, int cell, int end) {
+        drr_fold(launch, steps, u, cell);
         for (; cell + DRR_TOGETHER <= end; cell += DRR_TOGETHER) {
             DrrSquare squares[DRR_TOGETHER];
             DRR_UNROLL
-            for (int n = 0; n < DRR_TOGETHER; n++) {
-                squares[n] = drr_square(launch, voxels, steps, u.at, v.at, cell + n);
-                u.at += u.step;
-                v.at += v.step;
-            }
-            drr_add_squares(launch, voxels, sums, squares);
+            for (int n = 0; n < DRR_TOGETHER; n++) squares[n] = next(launch, voxels, steps, u, v, cell + n);
+            drr_add_squares<DRR_TOGETHER>(launch, voxels, sums, squares, 1.0f);
         }
         for (; cell < end; cell++) {
-            drr_add_square(launch, voxels, sums, drr_square(launch, voxels, steps, u.at, v.at, cell), 1.0f);
-            u.at += u.step;
-            v.at += v.step;
+            const DrrSquare square = next(launch, voxels, steps, u, v, cell);
+            drr_add_squares<1>(launch, voxels, sums, &square, 1.0f);
         }
+    }
+
+    DRR_METHOD DrrSquare next(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
+                              DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourse &u, DRR_THREAD DrrCourse &v, int cell) {
+        const DrrPlace place = drr_folded_place(launch, steps, u.at, v.at, cell);
+        const DrrSquare square = drr_square(launch, voxels, steps, place, u.at, v.at);
+        u.at += u.step;
+        v.at += v.step;
+        return square;
     }
 };
 

@@ -14,8 +14,9 @@ struct DrrCube {
 DRR_FUNCTION DrrCube drr_cube(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                               DRR_THREAD const DrrSteps &steps, DrrPosition u, DrrPosition v, DrrPosition s) {
     DrrCube cube;
-    cube.square[0] = drr_square(launch, voxels, steps, u, v, drr_voxel(s));
-    cube.square[1] = drr_square(launch, voxels, steps, u, v, drr_voxel(s) + 1);
+    const DrrPlace place = drr_place(launch, steps, drr_voxel(u), drr_voxel(v), drr_voxel(s));
+    cube.square[0] = drr_square(launch, voxels, steps, place, u, v);
+    cube.square[1] = drr_square(launch, voxels, steps, place + steps.s, u, v);
     cube.s = drr_fraction(s);
     return cube;
 }
@@ -23,11 +24,13 @@ DRR_FUNCTION DrrCube drr_cube(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const D
 // What Joseph's rule does with one square, weighted, with two.
 DRR_FUNCTION void drr_add_cube(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                                DRR_THREAD DrrSums &sums, DRR_THREAD const DrrCube &cube, float length) {
+    const uint unlike = drr_unlike(sums, cube.square[0]) | drr_unlike(sums, cube.square[1]);
+    if (unlike == 0) return;
 #if !defined(DRR_ONE_LABEL)
-    if ((drr_breaks_run(sums, cube.square[0]) | drr_breaks_run(sums, cube.square[1])) != 0) {
+    if (unlike & DRR_UNLIKE) {
         const float behind = cube.s * length;
-        drr_add_square(launch, voxels, sums, cube.square[0], length - behind);
-        drr_add_square(launch, voxels, sums, cube.square[1], behind);
+        drr_add_squares<1>(launch, voxels, sums, &cube.square[0], length - behind);
+        drr_add_squares<1>(launch, voxels, sums, &cube.square[1], behind);
         return;
     }
 #endif

@@ -39,6 +39,25 @@ struct DrrCourse {
     DrrPosition step;
 };
 
+// Makes a position along u count slices as well, from slice `slice` on; see DRR_FOLDED.
+DRR_FUNCTION void drr_fold(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourse &u,
+                           int slice) {
+#if DRR_FOLDED
+    u.at += (DrrLong)(launch.first_voxel + (uint)slice * steps.s) << 32;
+    u.step += (DrrLong)steps.s << 32;
+#endif
+}
+
+// The place of a voxel, when `u` may have been folded.
+DRR_FUNCTION DrrPlace drr_folded_place(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrSteps &steps, DrrPosition u,
+                                       DrrPosition v, int slice) {
+#if DRR_FOLDED
+    return (uint)drr_voxel(u) + (uint)drr_voxel(v) * steps.v;
+#else
+    return drr_place(launch, steps, drr_voxel(u), drr_voxel(v), slice);
+#endif
+}
+
 // Index of the voxel centre that is the volume's centre plus x.
 DRR_FUNCTION DrrTwofold drr_index(DRR_CONSTANT DrrLaunch &launch, uint axis, DrrTwofold x) {
     return drr_add(x, drr_twofold(drr_half_extent(launch, axis) - 0.5f));

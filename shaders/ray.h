@@ -37,13 +37,13 @@ DRR_FUNCTION float drr_half_extent(DRR_CONSTANT DrrLaunch &launch, uint axis) {
     return 0.5f * (float)launch.dimensions[axis];
 }
 
-// Keeps of enter … leave what is inside [-half, half) along one transverse axis; false when nothing can be. A plane that
+// Keeps of enter … leave what is inside [-extent, extent) along one transverse axis; false when nothing can be. A plane that
 // is not met within the box's length is not divided by: a slope may be 0, or so small that the quotient overflows.
-DRR_FUNCTION bool drr_clip(DRR_THREAD DrrRay &ray, uint t, float half, float length) {
+DRR_FUNCTION bool drr_clip(DRR_THREAD DrrRay &ray, uint t, float extent, float length) {
     const DrrTwofold slope = ray.slope[t];
     DRR_UNROLL
     for (uint side = 0; side < 2; side++) {
-        const DrrTwofold off = drr_subtract(drr_twofold(side == 0 ? -half : half), ray.base[t]);
+        const DrrTwofold off = drr_subtract(drr_twofold(side == 0 ? -extent : extent), ray.base[t]);
         const bool meets = slope.high != 0.0f && drr_abs(off.high) <= drr_abs(slope.high) * (length + 2.0f);
         if (!meets) {
             const bool above = off.high > 0.0f || (off.high == 0.0f && off.low > 0.0f);
@@ -100,9 +100,9 @@ DRR_FUNCTION bool drr_ray(DRR_CONSTANT DrrLaunch &launch, DRR_CONSTANT DrrBeam &
             ray.base[t] = drr_subtract(anchor[b], drr_multiply(ray.slope[t], anchor[a]));
         }
     }
-    const float half = drr_half_extent(launch, a);
-    ray.enter = drr_twofold(-half);
-    ray.leave = drr_twofold(half);
+    const float extent = drr_half_extent(launch, a);
+    ray.enter = drr_twofold(-extent);
+    ray.leave = drr_twofold(extent);
     const bool forward = direction[a].high > 0.0f;
     if (beam.ends & DRR_ENDS_AT_SOURCE) {
         if (forward) ray.enter = drr_larger(ray.enter, beam.source[a]);
@@ -114,7 +114,7 @@ DRR_FUNCTION bool drr_ray(DRR_CONSTANT DrrLaunch &launch, DRR_CONSTANT DrrBeam &
         else ray.enter = drr_larger(ray.enter, pixel);
     }
     for (uint t = 0; t < 2; t++) {
-        if (!drr_clip(ray, t, drr_half_extent(launch, ray.across[t]), 2.0f * half)) return false;
+        if (!drr_clip(ray, t, drr_half_extent(launch, ray.across[t]), 2.0f * extent)) return false;
     }
     if (!drr_less(ray.enter, ray.leave)) return false;
     ray.cm_per_slice = drr_cm_per_slice(launch, ray);

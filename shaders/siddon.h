@@ -27,11 +27,13 @@ DRR_FUNCTION DrrCrossing drr_crossing(DrrPosition x, DrrPosition x_end, float sl
 DRR_FUNCTION void drr_take(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD DrrSums &sums,
                            DrrVoxel voxel, float length) {
 #if !defined(DRR_ONE_LABEL)
-    if ((drr_unlike(voxel, sums.label) & DRR_UNLIKE_BITS) != 0) {
+    if ((drr_unlike(voxel, sums.label) & DRR_UNLIKE) != 0) {
         drr_end_run(sums);
         drr_start_run(launch, sums, drr_label(voxel));
     }
 #endif
+    // Vacuum adds exactly nothing.
+    if (drr_unlike(voxel, sums.label) == 0) return;
     sums.run = drr_fma(length, drr_standing_in(launch, voxels, sums.how, voxel), sums.run);
     sums.length += length;
 }
@@ -82,14 +84,14 @@ struct DrrSiddon {
 
     DRR_METHOD void part(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD const DrrRay &ray,
                          DRR_THREAD const DrrSteps &steps, int cell, DrrTwofold from, DrrTwofold to) {
-        const DrrTwofold half = drr_twofold(drr_half_extent(launch, ray.axis));
+        const DrrTwofold extent = drr_twofold(drr_half_extent(launch, ray.axis));
         DrrCourse course[2];
         for (uint t = 0; t < 2; t++) {
             const DrrTwofold face = drr_twofold(0.5f);
             const uint voxels_across = launch.dimensions[ray.across[t]];
             const DrrPosition at =
-                drr_position(drr_add(drr_across(launch, ray, t, drr_subtract(from, half)), face));
-            const DrrPosition end = drr_position(drr_add(drr_across(launch, ray, t, drr_subtract(to, half)), face));
+                drr_position(drr_add(drr_across(launch, ray, t, drr_subtract(from, extent)), face));
+            const DrrPosition end = drr_position(drr_add(drr_across(launch, ray, t, drr_subtract(to, extent)), face));
             // Where the ray enters and leaves through a face, rounding may have led beyond it.
             const DrrPosition last = ((DrrLong)voxels_across << 32) - 1;
             course[t].at = at < 0 ? 0 : at > last ? last : at;

@@ -28,7 +28,7 @@ DRR_FUNCTION void drr_start_run(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD DrrSu
 }
 
 DRR_FUNCTION void drr_end_run(DRR_THREAD DrrSums &sums) {
-    const float grams = sums.how.scale * drr_fma(-sums.how.offset, sums.length, sums.run);
+    const float grams = drr_fma(sums.how.scale, sums.run, sums.how.offset * sums.length);
     DRR_UNROLL
     for (uint m = 0; m < DRR_MAX_LABELS; m++) {
         if (DRR_HAS(m) && (DRR_LABELS == 1u << m || sums.label == m)) sums.block[m] += grams;

@@ -91,7 +91,7 @@ DRR_FUNCTION float drr_rounded(DrrTwofold a) { return a.high + a.low; }
 // a at pixel (column, row).
 DRR_FUNCTION DrrTwofold drr_at(DRR_CONSTANT DrrAffine &a, DrrTwofold column, DrrTwofold row) {
     const DrrTwofold across = drr_multiply(a.column, column);
-    return drr_add(drr_add(a.constant, across), drr_multiply(a.row, row));
+    return drr_add(drr_add(a.offset, across), drr_multiply(a.row, row));
 }
 
 #endif

@@ -40,21 +40,20 @@ struct DrrVoxel {
 typedef uint DrrVoxel;
 #endif
 
-// A place among the voxels, and the steps from it to its neighbours across the driving axis and along it.
 #if DRR_VOXELS == DRR_VOXELS_TEXTURE
+
+#define DRR_FOLDED 0
+
+// A voxel's indices, and the steps from it to its neighbours across the driving axis and along it.
 typedef metal::int3 DrrPlace;
-#else
-typedef uint DrrPlace;
-#endif
+
 struct DrrSteps {
     DrrPlace u;
     DrrPlace v;
     DrrPlace s;
 };
 
-#if DRR_VOXELS == DRR_VOXELS_TEXTURE
-
-DRR_FUNCTION DrrSteps drr_steps(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrRay &ray) {
+DRR_FUNCTION DrrSteps drr_steps(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrVoxels &, DRR_THREAD const DrrRay &ray) {
     DrrSteps steps;
     const uint3 axes = uint3(ray.across[0], ray.across[1], ray.axis);
     steps.u = metal::int3(axes.x == 0, axes.x == 1, axes.x == 2);
@@ -63,7 +62,7 @@ DRR_FUNCTION DrrSteps drr_steps(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const
     return steps;
 }
 
-DRR_FUNCTION DrrPlace drr_place(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrSteps &steps, int u, int v, int s) {
+DRR_FUNCTION DrrPlace drr_place(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrSteps &steps, int u, int v, int s) {
     return u * steps.u + v * steps.v + s * steps.s;
 }
 
@@ -75,14 +74,44 @@ DRR_FUNCTION DrrVoxel drr_read(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const 
     return voxels.code_of_hu[as_type<ushort>(hu)];
 }
 
+DRR_FUNCTION void drr_read_square(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
+                                  DRR_THREAD const DrrSteps &steps, DrrPlace place, DRR_THREAD DrrVoxel *corner) {
+    corner[0] = drr_read(launch, voxels, place);
+    corner[1] = drr_read(launch, voxels, place + steps.u);
+    corner[2] = drr_read(launch, voxels, place + steps.v);
+    corner[3] = drr_read(launch, voxels, place + steps.v + steps.u);
+}
+
 #else
 
+// A voxel's place in memory, and the steps from it to its neighbours across the driving axis and along it. Modulo 2^32.
+typedef uint DrrPlace;
+
+struct DrrSteps {
+    DrrPlace u;
+    DrrPlace v;
+    DrrPlace s;
+    DrrVoxels beyond; // the voxels one step of v further
+};
+
+// Where the driving axis is known and u counts voxels one by one, a position along u can count slices as well: its whole
+// part is then a place in memory, but for v.
+#define DRR_FOLDED (DRR_AXIS == 1 || DRR_AXIS == 2)
+
 // With one driving axis for the launch, the step of 1 is known to the compiler.
-DRR_FUNCTION DrrSteps drr_steps(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrRay &ray) {
+DRR_FUNCTION DrrSteps drr_steps(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
+                                DRR_THREAD const DrrRay &ray) {
     DrrSteps steps;
     steps.u = ray.across[0] == 0 ? 1 : launch.stride[1];
     steps.v = ray.across[1] == 1 ? launch.stride[1] : launch.stride[2];
     steps.s = ray.axis == 0 ? 1 : launch.stride[ray.axis];
+    steps.beyond = voxels;
+#if DRR_VOXELS == DRR_VOXELS_DENSE
+    steps.beyond.density += steps.v;
+    steps.beyond.label += steps.v;
+#else
+    steps.beyond.code += steps.v;
+#endif
     return steps;
 }
 
@@ -90,15 +119,28 @@ DRR_FUNCTION DrrPlace drr_place(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const
     return launch.first_voxel + (uint)u * steps.u + (uint)v * steps.v + (uint)s * steps.s;
 }
 
-DRR_FUNCTION DrrVoxel drr_read(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrVoxels &voxels, DrrPlace place) {
+// The voxel `step` further than `place`.
+DRR_FUNCTION DrrVoxel drr_read(DRR_THREAD const DrrVoxels &voxels, DrrPlace place, DrrPlace step) {
 #if DRR_VOXELS == DRR_VOXELS_DENSE
     DrrVoxel voxel;
-    voxel.density = voxels.density[place];
-    voxel.label = voxels.label[place];
+    voxel.density = drr_load(voxels.density + place + (DrrLong)step);
+    voxel.label = drr_load(voxels.label + place + (DrrLong)step);
     return voxel;
 #else
-    return voxels.code[place];
+    return drr_load(voxels.code + place + (DrrLong)step);
 #endif
+}
+
+DRR_FUNCTION DrrVoxel drr_read(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrVoxels &voxels, DrrPlace place) {
+    return drr_read(voxels, place, 0);
+}
+
+DRR_FUNCTION void drr_read_square(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrVoxels &voxels,
+                                  DRR_THREAD const DrrSteps &steps, DrrPlace place, DRR_THREAD DrrVoxel *corner) {
+    corner[0] = drr_read(voxels, place, 0);
+    corner[1] = drr_read(voxels, place, steps.u);
+    corner[2] = drr_read(steps.beyond, place, 0);
+    corner[3] = drr_read(steps.beyond, place, steps.u);
 }
 
 #endif
@@ -109,15 +151,15 @@ DRR_FUNCTION uint drr_label(DrrVoxel voxel) { return voxel.label; }
 DRR_FUNCTION uint drr_label(DrrVoxel voxel) { return voxel & 7; }
 #endif
 
-// Bits that are 0 when a and b have the same label.
-DRR_FUNCTION uint drr_unlike(DrrVoxel a, uint label) {
+// 0 for vacuum with this label; the bits of DRR_UNLIKE are 0 for any voxel with this label.
+DRR_FUNCTION uint drr_unlike(DrrVoxel voxel, uint label) {
 #if DRR_VOXELS == DRR_VOXELS_DENSE
-    return a.label ^ label;
+    return (voxel.label ^ label) | (drr_bits_of_float(voxel.density) << 3);
 #else
-    return a ^ label;
+    return voxel ^ label;
 #endif
 }
-#define DRR_UNLIKE_BITS 7
+#define DRR_UNLIKE 7
 
 // g/cm^3.
 DRR_FUNCTION float drr_density(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DrrVoxel voxel) {
@@ -135,38 +177,26 @@ DRR_FUNCTION float drr_density(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const 
 #endif
 }
 
-// Along a run of voxels that all have one label, what is summed are not densities but stand-ins, which cost less to
-// make: density = scale * (stand-in - offset). Codes are such stand-ins below the kink: they exceed eight times the value
-// by the label.
-struct DrrStandIn {
-    float scale;
-    float offset;
-    float kink;
-};
-
+// Along voxels that all have one label, what is summed are not densities but their stand-ins, which cost less to make.
 DRR_FUNCTION DrrStandIn drr_stand_in(DRR_CONSTANT DrrLaunch &launch, uint label) {
-    DrrStandIn how;
 #if DRR_VOXELS == DRR_VOXELS_DENSE || DRR_DENSITY == DRR_DENSITY_TABLE
-    how.scale = 1.0f;
-    how.offset = 0.0f;
-    how.kink = 0.0f;
+    return {0.0f, 0.0f, 1.0f, 0.0f};
 #else
-    how.scale = launch.scale;
-    how.offset = (float)(int)label;
-    how.kink = drr_fma(how.offset, 1.0f - launch.kink[1], launch.kink[0]);
+    return launch.stand_in[label];
 #endif
-    return how;
 }
 
 DRR_FUNCTION float drr_standing_in(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                                    DRR_THREAD const DrrStandIn &how, DrrVoxel voxel) {
 #if DRR_VOXELS == DRR_VOXELS_DENSE || DRR_DENSITY == DRR_DENSITY_TABLE
     return drr_density(launch, voxels, voxel);
-#elif DRR_DENSITY == DRR_DENSITY_KINK
-    const float code = (float)(int)voxel;
-    return drr_min(code, drr_fma(launch.kink[1], code, how.kink));
 #else
-    return (float)(int)voxel;
+    const float t = drr_number_of_code(voxel, how.origin);
+#if DRR_DENSITY == DRR_DENSITY_KINK
+    return drr_fma(-how.kink, drr_abs(t), t);
+#else
+    return t;
+#endif
 #endif
 }
 

@@ -10,11 +10,11 @@
 template <typename Rule>
 DRR_FUNCTION void drr_walk(DRR_CONSTANT DrrLaunch &launch, DRR_CONSTANT DrrBeam &beam, DRR_THREAD const DrrVoxels &voxels,
                            DRR_THREAD const DrrRay &ray, DRR_THREAD Rule &rule) {
-    const DrrSteps steps = drr_steps(launch, ray);
-    const DrrTwofold half = drr_twofold(drr_half_extent(launch, ray.axis));
+    const DrrSteps steps = drr_steps(launch, voxels, ray);
+    const DrrTwofold extent = drr_twofold(drr_half_extent(launch, ray.axis));
     const DrrTwofold cell = rule.cell(launch);
-    const DrrTwofold enter = drr_divide(drr_add(ray.enter, half), cell);
-    const DrrTwofold leave = drr_divide(drr_add(ray.leave, half), cell);
+    const DrrTwofold enter = drr_divide(drr_add(ray.enter, extent), cell);
+    const DrrTwofold leave = drr_divide(drr_add(ray.leave, extent), cell);
     const int first = (int)drr_floor_of(enter);
     const int past = -(int)drr_floor_of(drr_negated(leave));
     const int last = past - 1 > first ? past - 1 : first;
@@ -31,7 +31,7 @@ DRR_FUNCTION void drr_walk(DRR_CONSTANT DrrLaunch &launch, DRR_CONSTANT DrrBeam 
         } else {
             const int end = at + DRR_BLOCK < last ? at + DRR_BLOCK : last;
             const DrrTwofold from_face = drr_multiply(cell, drr_twofold((float)at + rule.sample()));
-            const DrrTwofold from_centre = drr_subtract(from_face, half);
+            const DrrTwofold from_centre = drr_subtract(from_face, extent);
             u.at = drr_position(drr_across(launch, ray, 0, from_centre));
             v.at = drr_position(drr_across(launch, ray, 1, from_centre));
             s.at = drr_position(drr_add(from_face, drr_twofold(-0.5f)));

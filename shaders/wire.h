@@ -13,9 +13,9 @@ struct DrrTwofold {
     float low;
 };
 
-// A number that changes evenly from pixel to pixel: constant + column * i + row * j.
+// A number that changes evenly from pixel to pixel: offset + column * i + row * j.
 struct DrrAffine {
-    DrrTwofold constant;
+    DrrTwofold offset;
     DrrTwofold column;
     DrrTwofold row;
 };
@@ -45,6 +45,15 @@ struct DrrBeam {
 #define DRR_ENDS_AT_SOURCE 1
 #define DRR_ENDS_AT_PIXEL 2
 
+// How the codes of voxels with one label stand in for their densities, g/cm^3: with t = 2^-23 code + origin,
+// density = scale * (t - kink * |t|) + offset.
+struct DrrStandIn {
+    float origin;
+    float kink;
+    float scale;
+    float offset;
+};
+
 // The volume, the detector and the method.
 struct DrrLaunch {
     uint dimensions[3];     // voxels along i, j, k
@@ -55,13 +64,15 @@ struct DrrLaunch {
     uint views;
     float millimetres[3][3]; // columns of index -> world
     DrrTwofold step;        // slices per cell of the march
-    // A voxel's code is 8 * value + label. Its density is scale * min(8 value, kink[0] + kink[1] * 8 value).
-    float scale;            // g/cm^3
+    // A voxel's code is 8 * value + label. Its density is scale * min(8 value, kink[0] + kink[1] * 8 value), g/cm^3; and
+    // that of a label's voxels what their stand-ins say.
+    float scale;
     float kink[2];
     uint reserved;
+    DrrStandIn stand_in[DRR_MAX_LABELS];
 };
 
 static_assert(sizeof(DrrBeam) == 312, "src/engine/gpu/wire.rs says the same");
-static_assert(sizeof(DrrLaunch) == 100, "src/engine/gpu/wire.rs says the same");
+static_assert(sizeof(DrrLaunch) == 228, "src/engine/gpu/wire.rs says the same");
 
 #endif

@@ -71,6 +71,7 @@ impl Prepared {
             }
             Some(Density::Table(_)) | None => {}
         }
+        launch.stand_in = std::array::from_fn(|label| voxels.stand_in(label as u8));
         Ok(Self {
             definitions: Definitions::of(plan, materials, voxels, layout),
             launch,

@@ -4,7 +4,9 @@ use rayon::prelude::*;
 
 use crate::allocation::filled;
 use crate::engine::gpu::Layout;
+use crate::engine::gpu::wire::StandIn;
 use crate::error::{Error, Result};
+use crate::physics::MAX_MATERIALS;
 use crate::volume::{Volume, Voxel, Voxels};
 
 /// Voxels around the volume that repeat its outermost ones, so that interpolation needs no limits.
@@ -12,6 +14,9 @@ pub(crate) const FRAME: usize = 1;
 
 /// Values of a code: 8 × value + label fits 15 bits.
 const VALUES: usize = 1 << 12;
+
+/// What one code counts in a stand-in.
+const CODE_UNIT: f64 = 1.0 / (1 << 23) as f64;
 
 /// How a code's value becomes a density in g/cm³.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,7 +40,7 @@ pub(crate) struct DeviceVoxels {
 
 #[derive(Debug)]
 enum Stored {
-    Coded { density: Density, code: Vec<u16> },
+    Coded { density: Density, code: Vec<u16>, range: [Option<[u16; 2]>; MAX_MATERIALS] },
     Dense,
 }
 
@@ -53,7 +58,11 @@ impl DeviceVoxels {
         let stored = match volume.voxels() {
             Voxels::Coded { table, .. } => {
                 let values = Values::of(volume, table);
-                Stored::Coded { density: values.density(), code: values.codes(table)? }
+                Stored::Coded {
+                    density: values.density(),
+                    code: values.codes(table)?,
+                    range: values.ranges(table),
+                }
             }
             Voxels::Dense { .. } => Stored::Dense,
         };
@@ -90,6 +99,37 @@ impl DeviceVoxels {
         match &self.stored {
             Stored::Coded { code, .. } => code,
             Stored::Dense => &[],
+        }
+    }
+
+    /// How codes of one label stand in for densities. Below the kink the stand-in counts from vacuum and above it from
+    /// where its line would meet vacuum, so that little is lost where densities are low; across the kink it counts from
+    /// there.
+    pub(crate) fn stand_in(&self, label: u8) -> StandIn {
+        let Stored::Coded { density, range, .. } = &self.stored else { return StandIn::default() };
+        let Some([least, largest]) = range[usize::from(label)].map(|range| range.map(f64::from)) else {
+            return StandIn::default();
+        };
+        let made = |origin: f64, kink: f64, slope: f64, offset: f64| StandIn {
+            origin: (-(8.0 * origin + f64::from(label)) * CODE_UNIT) as f32,
+            kink: kink as f32,
+            scale: (slope / (8.0 * CODE_UNIT)) as f32,
+            offset: offset as f32,
+        };
+        match *density {
+            Density::Line { slope } => made(0.0, 0.0, slope, 0.0),
+            Density::Kink { slope, intercept, upper_slope } => {
+                let kink = intercept / (slope - upper_slope);
+                if largest <= kink {
+                    made(0.0, 0.0, slope, 0.0)
+                } else if least >= kink {
+                    made(-intercept / upper_slope, 0.0, upper_slope, 0.0)
+                } else {
+                    let [sum, difference] = [slope + upper_slope, slope - upper_slope];
+                    made(kink, difference / sum, 0.5 * sum, slope * kink)
+                }
+            }
+            Density::Table(_) => StandIn::default(),
         }
     }
 
@@ -184,6 +224,17 @@ impl Values {
             *code = 8 * value.unwrap_or(0) + u16::from(voxel.label);
         }
         Ok(codes)
+    }
+
+    /// Least and largest value by label, of the labels that occur.
+    fn ranges(&self, table: &[Voxel]) -> [Option<[u16; 2]>; MAX_MATERIALS] {
+        let mut ranges = [None; MAX_MATERIALS];
+        for (voxel, value) in table.iter().zip(&self.value) {
+            let Some(value) = *value else { continue };
+            let [least, largest] = ranges[usize::from(voxel.label)].unwrap_or([value, value]);
+            ranges[usize::from(voxel.label)] = Some([value.min(least), value.max(largest)]);
+        }
+        ranges
     }
 
     /// One line or two when they say the same as the table, which costs a read per voxel.

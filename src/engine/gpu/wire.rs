@@ -30,11 +30,11 @@ impl Twofold {
     }
 }
 
-/// A number that changes evenly from pixel to pixel: `constant + column·i + row·j`.
+/// A number that changes evenly from pixel to pixel: `offset + column·i + row·j`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C)]
 pub(crate) struct Affine {
-    constant: Twofold,
+    offset: Twofold,
     column: Twofold,
     row: Twofold,
 }
@@ -43,7 +43,7 @@ impl Affine {
     /// The three components of a vector that changes evenly, relative to `origin`.
     pub(super) fn relative(vector: &Even, origin: DVec3) -> [Self; 3] {
         [0, 1, 2].map(|axis| Self {
-            constant: Twofold::difference(vector.constant[axis], origin[axis]),
+            offset: Twofold::difference(vector.constant[axis], origin[axis]),
             column: vector.column[axis].into(),
             row: vector.row[axis].into(),
         })
@@ -84,6 +84,17 @@ pub(crate) struct Beam {
     pub(super) least_attenuation: [f32; 8],
 }
 
+/// How the codes of voxels with one label stand in for their densities, g/cm³: with t = 2⁻²³ code + origin,
+/// density = scale · (t − kink · |t|) + offset.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C)]
+pub(crate) struct StandIn {
+    pub(super) origin: f32,
+    pub(super) kink: f32,
+    pub(super) scale: f32,
+    pub(super) offset: f32,
+}
+
 /// The volume, the detector and the method.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C)]
@@ -99,12 +110,13 @@ pub(crate) struct Launch {
     pub(super) scale: f32,
     pub(super) kink: [f32; 2],
     pub(super) reserved: u32,
+    pub(super) stand_in: [StandIn; 8],
 }
 
 const _: () = {
     assert!(size_of::<Twofold>() == 8 && size_of::<Affine>() == 24);
     assert!(size_of::<Beam>() == 312 && align_of::<Beam>() == 4);
-    assert!(size_of::<Launch>() == 100 && align_of::<Launch>() == 4);
+    assert!(size_of::<Launch>() == 228 && align_of::<Launch>() == 4);
 };
 
 /// The columns of a matrix in float32.
