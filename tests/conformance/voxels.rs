@@ -12,11 +12,12 @@ use crate::Test;
 use crate::support::{awkward_grid, chest_hu, classification, noise, poses, projector, requests};
 use crate::twin::{KINDS, conforms, conforms_with};
 
-pub(super) const TESTS: [Test; 5] = [
+pub(super) const TESTS: [Test; 6] = [
     ("with_one_material_with_two_and_with_eight", with_one_material_with_two_and_with_eight),
     ("with_every_calibration", with_every_calibration),
     ("with_every_threshold_scheme", with_every_threshold_scheme),
     ("of_one_label", of_one_label),
+    ("of_round_densities", of_round_densities),
     ("of_vacuum", of_vacuum),
 ];
 
@@ -104,6 +105,21 @@ fn of_one_label(backend: Backend) {
     let float32 = Volume::from_float32(grid, &wide, Some(&vec![3; hu.len()]), &classification());
     let volume = Arc::new(float32.expect("valid"));
     conforms_with(&KINDS, backend, "float32", &volume, &scene(&EIGHT, Some(3)), &requests([pose]));
+}
+
+/// Powers of two, whose bits are few: none of them is taken for vacuum, and vacuum for none of them.
+fn of_round_densities(backend: Backend) {
+    let (grid, pose) = small();
+    let how = Classification::named("linear", Thresholds::DEFAULT).expect("built in");
+    let density = |i: usize| [0.0, 0.125, 0.5, 1.0, 2.0, 4.0][(6.0 * noise(i as u64 / 5)) as usize];
+    let hu: Vec<f32> = (0..grid.voxel_count()).map(|i| 1000.0 * density(i) - 1000.0).collect();
+    for labels in [1, 4] {
+        let labels: Vec<u8> =
+            (0..hu.len()).map(|i| (noise(i as u64 / 9) * f64::from(labels)) as u8).collect();
+        let volume = Arc::new(Volume::from_float32(grid, &hu, Some(&labels), &how).expect("valid"));
+        let scene = scene(&EIGHT[..4], Some(0));
+        conforms_with(&KINDS, backend, "float32", &volume, &scene, &requests([pose]));
+    }
 }
 
 /// Where nothing attenuates, rays are as if nothing were there; but padding may be labelled bone.
