@@ -92,6 +92,11 @@ fn with_early_exit(backend: Backend) {
             assert!(lost <= (-15.0_f64).exp() * i0, "{algorithm:?}: {lost:e} of {i0:e}");
             assert!(stopped.intensity != whole.intensity, "{algorithm:?}: no ray stops");
             assert!(stopped.bone_path == whole.bone_path, "{algorithm:?}: the bone path shows it");
+            // A view that may not stop, beside one that may.
+            let pair = [true, false].map(|early_exit| ViewRequest { view, early_exit, spectral: None });
+            let pair = projector.project(&pair, layers, SILENT).expect("projects");
+            let parts = [&stopped.intensity[..], &whole.intensity].concat();
+            assert!(pair.intensity == parts, "{algorithm:?}: another view's early exit shows");
         }
         for (line_integral, areal_density) in [(true, false), (false, true)] {
             let layers = Layers { intensity: true, line_integral, areal_density, bone_path: true };
