@@ -5,6 +5,8 @@
 //! `DRR_REQUIRE_ALL_TOOLS=1` it fails instead.
 
 mod coverage;
+#[path = "../support/needing.rs"]
+mod needing;
 mod nvrtc;
 mod stand_in;
 mod thread_sanitizer;
@@ -13,6 +15,7 @@ mod toolchain;
 use std::path::{Path, PathBuf};
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use needing::needing;
 use thread_sanitizer::ThreadSanitizer;
 use toolchain::{Compiler, Library, launch, run};
 
@@ -50,21 +53,6 @@ fn program(name: &str) -> PathBuf {
 
 fn beside_this_file(name: &str) -> PathBuf {
     root().join("tests/cabi").join(name)
-}
-
-/// A test that needs a tool; without it, ignored for the reason given, or failing where every tool is required.
-fn needing<T: Send + 'static>(
-    name: impl Into<String>,
-    tool: Result<T, String>,
-    test: impl FnOnce(T) -> Result<(), Failed> + Send + 'static,
-) -> Trial {
-    match tool {
-        Ok(tool) => Trial::test(name, move || test(tool)),
-        Err(reason) if std::env::var_os("DRR_REQUIRE_ALL_TOOLS").is_some_and(|value| value == "1") => {
-            Trial::test(name, move || Err(reason.into()))
-        }
-        Err(reason) => Trial::test(name, || Ok(())).with_kind(reason).with_ignored_flag(true),
-    }
 }
 
 /// Compiles a program, runs it and expects it to say PASS in the end; all that it says.

@@ -1,5 +1,8 @@
 //! A volume's voxels as the kernel reads them: `shaders/voxels.h`.
 
+#[cfg(test)]
+mod tests;
+
 use rayon::prelude::*;
 
 use crate::allocation::filled;
