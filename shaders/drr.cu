@@ -2,10 +2,14 @@
 #include "DRR_Shared.h"
 #include "pixel.h"
 
-// Threads of a group, and groups that are to fit on a multiprocessor, which bounds the registers: measured, see
-// benches/README.md. What the kernel waits for are reads, so more reads under way count for more than more threads.
+// Threads of a group, which the host decides; and groups that are to fit on a multiprocessor, which bounds the registers:
+// measured, see benches/README.md.
+#if !defined(DRR_GROUP)
 #define DRR_GROUP 128
-#if defined(DRR_ONE_LABEL)
+#endif
+#if defined(DRR_SPECIFICATION_LOOP)
+#define DRR_GROUPS 1
+#elif defined(DRR_ONE_LABEL)
 #define DRR_GROUPS 6
 #else
 #define DRR_GROUPS 7

@@ -103,6 +103,15 @@ DRR_FUNCTION void drr_add_squares(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD con
     sums.length = drr_fma(counts, (float)N, sums.length);
 }
 
+// The square at the centre of a slice that the ray is in only partly: its centre may be beyond the volume's edge.
+DRR_FUNCTION DrrSquare drr_square_of_part(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
+                                          DRR_THREAD const DrrRay &ray, DRR_THREAD const DrrSteps &steps, int slice) {
+    const DrrTwofold s = drr_twofold((float)slice + 0.5f - drr_half_extent(launch, ray.axis));
+    const DrrPosition u = drr_inside(drr_position(drr_across(launch, ray, 0, s)), launch.dimensions[ray.across[0]]);
+    const DrrPosition v = drr_inside(drr_position(drr_across(launch, ray, 1, s)), launch.dimensions[ray.across[1]]);
+    return drr_square(launch, voxels, steps, drr_place(launch, steps, drr_voxel(u), drr_voxel(v), slice), u, v);
+}
+
 struct DrrJoseph {
     DrrSums sums;
 
@@ -120,11 +129,7 @@ struct DrrJoseph {
 
     DRR_METHOD void part(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD const DrrRay &ray,
                          DRR_THREAD const DrrSteps &steps, int cell, DrrTwofold from, DrrTwofold to) {
-        const DrrTwofold s = drr_twofold((float)cell + 0.5f - drr_half_extent(launch, ray.axis));
-        const DrrPosition u = drr_inside(drr_position(drr_across(launch, ray, 0, s)), launch.dimensions[ray.across[0]]);
-        const DrrPosition v = drr_inside(drr_position(drr_across(launch, ray, 1, s)), launch.dimensions[ray.across[1]]);
-        const DrrSquare square =
-            drr_square(launch, voxels, steps, drr_place(launch, steps, drr_voxel(u), drr_voxel(v), cell), u, v);
+        const DrrSquare square = drr_square_of_part(launch, voxels, ray, steps, cell);
         drr_add_squares<1>(launch, voxels, sums, &square, drr_rounded(drr_subtract(to, from)));
     }
 

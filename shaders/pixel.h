@@ -4,6 +4,7 @@
 
 #include "march.h"
 #include "siddon.h"
+#include "specification.h"
 #include "spectrum.h"
 
 // How line integrals are taken, chosen by DRR_ALGORITHM:
@@ -11,7 +12,9 @@
 #define DRR_MARCH 1
 #define DRR_SIDDON 2
 
-#if DRR_ALGORITHM == DRR_JOSEPH
+#if defined(DRR_SPECIFICATION_LOOP)
+typedef DrrSpecification DrrRule;
+#elif DRR_ALGORITHM == DRR_JOSEPH
 typedef DrrJoseph DrrRule;
 #elif DRR_ALGORITHM == DRR_MARCH
 typedef DrrMarch DrrRule;
@@ -56,6 +59,12 @@ DRR_FUNCTION void drr_cast(DRR_CONSTANT DrrLaunch &launch, DRR_CONSTANT DrrBeam 
     rule.slope[1] = drr_rounded(ray.slope[1]);
 #endif
     drr_start(launch, ray.cm_per_slice * drr_rounded(rule.cell(launch)), rule.sums);
+#if defined(DRR_SPECIFICATION_LOOP)
+    rule.start(beam, spectra);
+    drr_walk(launch, beam, voxels, ray, rule);
+    value.signal.intensity = rule.intensity(beam, spectra, ray.cm_per_slice);
+    return;
+#endif
     drr_walk(launch, beam, voxels, ray, rule);
     DRR_UNROLL
     for (uint m = 0; m < DRR_MAX_LABELS; m++) {

@@ -382,6 +382,7 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
         ("--step", vec!["project", "--step", "0.5"]),
         ("--geometry", vec!["project", "--geometry", "ct.raw"]),
         ("--threads", vec!["bench", "--threads", "5000"]),
+        ("--device", vec!["bench", "--device", "1"]),
         ("--output", vec!["phantom", "thorax", "--output", "thorax.raw"]),
     ];
     for (name, arguments) in cases {

@@ -52,12 +52,6 @@ pub struct PlannedMaterial {
 }
 
 impl Plan {
-    /// Of a GPU's threads, which run by 32, all have pixels of one row, whose rays lie side by side in the volume.
-    pub(crate) const BLOCK: [usize; 2] = [32, 8];
-
-    /// On Metal, the specification's.
-    pub(crate) const METAL_BLOCK: [usize; 2] = [16, 16];
-
     /// Plans `scene` for `volume` on `engine`.
     ///
     /// # Errors
@@ -92,11 +86,7 @@ impl Plan {
             algorithm: scene.algorithm,
             supersampling: scene.supersampling,
             energy_bins: scene.spectral_model()?.bins(),
-            block: match engine {
-                Backend::Cuda => Some(Self::BLOCK),
-                Backend::Metal => Some(Self::METAL_BLOCK),
-                Backend::Reference | Backend::Cpu | Backend::Host => None,
-            },
+            block: Self::block(engine, volume),
             stages: Vec::new(),
             omissions: Vec::new(),
             materials,
@@ -104,6 +94,18 @@ impl Plan {
         plan.stages = stage::stages(&plan, scene, volume);
         plan.omissions = stage::omissions(&plan, scene, volume);
         Ok(plan)
+    }
+
+    /// As measured on an H100 (`benches/README.md`); for Apple's GPUs the specification's.
+    fn block(engine: Backend, volume: &Volume) -> Option<[usize; 2]> {
+        let labels = volume.materials().iter().filter(|material| material.labelled).count();
+        match engine {
+            // Threads that run together part where their rays meet other materials: less in a squarer tile.
+            Backend::Cuda if labels > 1 => Some([8, 16]),
+            Backend::Cuda => Some([16, 8]),
+            Backend::Metal => Some([16, 16]),
+            Backend::Reference | Backend::Cpu | Backend::Host => None,
+        }
     }
 
     /// Labels that thresholds made mean certain materials; a scene with other built-in materials is a mistake. Names that

@@ -49,3 +49,83 @@ pub(crate) struct Lines {
     /// Where rays end; `None`: nowhere.
     pub pixel: Option<Even>,
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DAffine3, DMat3, DMat4, DVec4};
+
+    use super::*;
+    use crate::geometry::{DetectorPose, Grid, Projection, View};
+    use crate::raycast::Beam;
+    use crate::raycast::ray::TRANSVERSE;
+
+    const SIZE: [usize; 2] = [37, 22];
+
+    fn oblique_grid() -> Grid {
+        let columns = DMat3::from_cols(
+            DVec3::new(-0.7, 0.02, 0.0),
+            DVec3::new(0.05, 0.69, 0.1),
+            DVec3::new(0.0, 0.3, 2.5),
+        );
+        Grid::new([64, 48, 33], DAffine3 { matrix3: columns, translation: DVec3::new(30.0, -12.0, 7.0) })
+            .expect("valid")
+    }
+
+    /// Holds the rays in closed form to those that are made one by one.
+    fn same(name: &str, view: View, grid: &Grid) {
+        let beam = Beam::new(&view, grid, SIZE).expect("valid");
+        let lines = beam.lines();
+        for (i, j) in [(0.0, 0.0), (36.0, 0.0), (18.3, 10.2), (-0.5, 21.5), (36.0, 21.0)] {
+            let ray = beam.ray(i, j);
+            let (axis, direction) = (ray.axis, lines.direction.at(i, j));
+            // Where the line crosses the plane through the centre, across the driving axis.
+            let crossing = match &lines.anchor {
+                Anchor::Point(point) => {
+                    let from = point.at(i, j) - lines.centre;
+                    from - from[axis] / direction[axis] * direction
+                }
+                Anchor::Moment(moment) => DVec3::AXES[axis].cross(moment.at(i, j)) / direction[axis],
+            };
+            for (t, &b) in TRANSVERSE[axis].iter().enumerate() {
+                let slope = direction[b] / direction[axis] - ray.slope[t];
+                assert!(slope.abs() < 1e-12, "{name}: slope off by {slope:e}");
+                let base = crossing[b] + lines.centre[b] - ray.base[t];
+                assert!(base.abs() < 1e-12 * ray.base[t].abs().max(1.0), "{name}: base off by {base:e}");
+            }
+            let ends = [lines.source, lines.pixel.map(|pixel| pixel.at(i, j))];
+            let ends = ends.map(|end| end.map(|point| point[axis]));
+            for (end, sign) in ends.into_iter().zip([-1.0, 1.0]) {
+                let end = end.unwrap_or(sign * direction[axis].signum() * f64::INFINITY);
+                let near = |s: &f64| *s == end || (s - end).abs() < 1e-12 * end.abs().max(1.0);
+                assert!(ray.limits.iter().any(near), "{name}: {end} of {ray:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn all_rays_at_once_are_the_rays_one_by_one() {
+        let grid = oblique_grid();
+        for (n, distance) in [300.0, 1000.0, 1e5].into_iter().enumerate() {
+            for angle in [0.0, 17.0, 100.0, 226.0] {
+                let pose = DetectorPose {
+                    row_step: DVec3::new(0.1, 0.3, 2.0),
+                    ..DetectorPose::c_arm(grid.centre(), angle, distance, distance + 500.0, 1.5, SIZE)
+                };
+                same(&format!("pose {n} at {angle}"), View::Pose(pose), &grid);
+                let projection = Projection::from_pose(&pose, SIZE).expect("valid");
+                same(&format!("matrix {n} at {angle}"), View::Projection(projection), &grid);
+            }
+        }
+        let matrix = DMat4::from_diagonal(DVec4::new(0.02, 0.03, 0.005, 1.0)) * DMat4::from_rotation_y(0.3);
+        same("parallel", View::Projection(Projection { matrix, source: DVec3::NAN }), &grid);
+    }
+
+    #[test]
+    fn a_detector_close_by_is_the_anchor() {
+        let grid = oblique_grid();
+        let pose = DetectorPose::c_arm(grid.centre(), 30.0, 1e4, 1e4 + 50.0, 1.0, SIZE);
+        let lines = Beam::new(&View::Pose(pose), &grid, SIZE).expect("valid").lines();
+        assert!(matches!(lines.anchor, Anchor::Point(point) if point.column != DVec3::ZERO));
+        same("far source", View::Pose(pose), &grid);
+    }
+}

@@ -7,18 +7,22 @@
 mod apple;
 mod coverage;
 mod kernel_text;
+#[path = "../support/needing.rs"]
+mod needing;
 mod nvrtc;
+mod stand_in;
 mod thread_sanitizer;
 mod toolchain;
 
 use std::path::{Path, PathBuf};
 
 use libtest_mimic::{Arguments, Failed, Trial};
+use needing::needing;
 use thread_sanitizer::ThreadSanitizer;
 use toolchain::{Compiler, Library, launch, run};
 
 /// Programs of `cabi-tests/`.
-const PROGRAMS: [&str; 13] = [
+const PROGRAMS: [&str; 14] = [
     "layout",
     "minimal",
     "errors",
@@ -31,6 +35,7 @@ const PROGRAMS: [&str; 13] = [
     "against_reference",
     "early_exit",
     "gpu",
+    "cuda_stream",
     "pipeline",
 ];
 
@@ -50,21 +55,6 @@ fn program(name: &str) -> PathBuf {
 
 fn beside_this_file(name: &str) -> PathBuf {
     root().join("tests/cabi").join(name)
-}
-
-/// A test that needs a tool; without it, ignored for the reason given, or failing where every tool is required.
-fn needing<T: Send + 'static>(
-    name: impl Into<String>,
-    tool: Result<T, String>,
-    test: impl FnOnce(T) -> Result<(), Failed> + Send + 'static,
-) -> Trial {
-    match tool {
-        Ok(tool) => Trial::test(name, move || test(tool)),
-        Err(reason) if std::env::var_os("DRR_REQUIRE_ALL_TOOLS").is_some_and(|value| value == "1") => {
-            Trial::test(name, move || Err(reason.into()))
-        }
-        Err(reason) => Trial::test(name, || Ok(())).with_kind(reason).with_ignored_flag(true),
-    }
 }
 
 /// Compiles a program, runs it and expects it to say PASS in the end; all that it says.
@@ -132,6 +122,29 @@ fn finds(compiler: &Compiler, library: &Library, program: &str, error: &str) -> 
     }
 }
 
+/// Programs that take the best engine there is, on a stand-in for an NVIDIA GPU.
+fn programs_on_a_gpu(library: &Library) -> Vec<Trial> {
+    if !cfg!(all(feature = "cuda", target_os = "linux")) {
+        return Vec::new();
+    }
+    let c11 = Compiler::c("c11");
+    let trial = |name: &'static str| {
+        let library = library.clone();
+        needing(format!("cuda_stand_in::{name}"), c11.clone(), move |compiler| {
+            stand_in::passes(&compiler, &library, name)
+        })
+    };
+    let mut trials = ["gpu", "cuda_stream", "lifecycle", "threads", "threads_and_volumes"]
+        .map(trial)
+        .into_iter()
+        .collect::<Vec<_>>();
+    let library = library.clone();
+    trials.push(needing("cuda_stand_in::failures_are_told", c11.clone(), move |compiler| {
+        stand_in::failures_are_told(&compiler, &library)
+    }));
+    trials
+}
+
 fn headers() -> Vec<Trial> {
     let languages = [
         ("c99", Compiler::c("c99")),
@@ -189,5 +202,6 @@ fn main() {
     trials.extend(kernel_text::trials());
     let linker = apple::Linker::find();
     trials.push(needing("apple::library_links", linker, |linker| apple::library_links(&linker)));
+    trials.extend(programs_on_a_gpu(&library));
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }

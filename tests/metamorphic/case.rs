@@ -217,9 +217,9 @@ impl Case {
 /// Widened to float64. The reference engine's own images are of that width.
 pub(crate) fn run(projector: &Projector, views: &[ViewRequest], layers: Layers) -> Images<f64> {
     match projector.plan().engine {
-        Backend::Cpu => projector.project(views, layers, SILENT).expect("projects").map(|&x| f64::from(x)),
         Backend::Reference => {
             projector.reference(projector.scene().algorithm, views, layers, SILENT).expect("projects")
         }
+        _ => projector.project(views, layers, SILENT).expect("projects").map(|&x| f64::from(x)),
     }
 }

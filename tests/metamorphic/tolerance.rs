@@ -28,7 +28,7 @@ impl Tolerance {
         let set_up = 8.0 * 0.5 * f64::EPSILON * far;
         let (relative, shift) = match engine {
             Backend::Reference => (1e-13, set_up),
-            Backend::Cpu => (1e-6, 8.0 * 0.5 * f64::from(f32::EPSILON) * half_diagonal + set_up),
+            _ => (1e-6, 8.0 * 0.5 * f64::from(f32::EPSILON) * half_diagonal + set_up),
         };
         let mut displaced = vec![case.pose];
         for axis in DVec3::AXES {

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use drr::Algorithm::{self, Exact, Joseph, March, Siddon};
-use drr::engine::Layers;
+use drr::engine::{Backend, Layers};
+use drr::physics::Calibration;
 use glam::{DAffine3, DMat3, DVec3};
 use proptest::prelude::*;
 
@@ -14,6 +15,10 @@ use crate::tolerance::{Tolerance, identical, sum};
 /// Whose samples stay where they are when slices are counted from another voxel or from the other end.
 const WHOLE_SLICES: &[Algorithm] =
     &[Joseph, March { step: 1.0 }, March { step: 0.5 }, March { step: 0.25 }, Siddon, Exact];
+
+/// Those that engines in float32 have.
+const SINGLE: &[Algorithm] =
+    &[Joseph, March { step: 1.0 }, March { step: 0.5 }, March { step: 0.37 }, March { step: 2.7 }, Siddon];
 
 /// The voxels with indices in `range` along `axis`.
 fn part(case: &Case, axis: usize, range: Range<usize>) -> Case {
@@ -82,6 +87,17 @@ proptest! {
         for &engine in case.engines() {
             Tolerance::of(&case, engine).check(&backwards.project(engine), &case.project(engine))?;
         }
+    }
+
+    /// Whole HU are the same in either kind of storage, also where float32 has to round their densities.
+    #[test]
+    fn storage_does_not_show(case in cases(SINGLE)) {
+        let how = Calibration::named(Calibration::DEFAULT).expect("built in");
+        let [int16, float32] = [true, false].map(|coded| {
+            let volume = Case { coded, ..case.clone() }.volume(how.clone());
+            case.project_volume(Backend::Cpu, volume, &[case.view()], Layers::ALL)
+        });
+        identical(&int16, &float32)?;
     }
 
     #[test]

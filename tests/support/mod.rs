@@ -1,6 +1,9 @@
 //! What the integration tests share: small volumes with detail everywhere, awkward geometries, error measures.
 #![allow(dead_code, missing_docs, reason = "every test program uses its own part")]
 
+pub(crate) mod needing;
+
+use std::process::Command;
 use std::sync::Arc;
 
 use drr::engine::Backend;
@@ -59,6 +62,17 @@ pub(crate) fn awkward_grid(dimensions: [usize; 3]) -> Grid {
 
 pub(crate) fn volume(grid: Grid) -> Arc<Volume> {
     Arc::new(Volume::from_int16(grid, &chest_hu(grid.dimensions()), None, &classification()).expect("valid"))
+}
+
+/// Whether the engine `host` can run: this machine's C++ compiler, or what is in the way.
+pub(crate) fn host_compiler() -> Result<(), String> {
+    Context::new(Backend::Host, 1).map_err(|error| error.to_string())?;
+    let compiler = std::env::var_os("CXX").unwrap_or_else(|| "c++".into());
+    match Command::new(&compiler).arg("--version").output() {
+        Ok(output) if output.status.success() => Ok(()),
+        Ok(output) => Err(format!("{}: {}", compiler.display(), output.status)),
+        Err(error) => Err(format!("no C++ compiler: {}: {error}", compiler.display())),
+    }
 }
 
 /// Views that look along every axis, obliquely, and from inside.

@@ -63,7 +63,7 @@ impl Cuda {
             prepared,
             volume: on_device,
             device,
-            block: plan.block.unwrap_or(Plan::BLOCK).map(|n| n as u32),
+            block: plan.block.unwrap_or([1, 1]).map(|n| n as u32),
             views_at_once,
             timings: Mutex::new(timings),
         })

@@ -54,15 +54,14 @@ pub(super) struct DeviceVolume {
     first: Buffer,
     /// The table of densities, if there is one; or labels.
     second: Option<Buffer>,
+    /// Where it holds anything.
+    occupied: Buffer,
     pub(super) upload_seconds: f64,
 }
 
-/// `DrrVoxels` of `shaders/voxels.h`.
+/// `DrrVoxels` of `shaders/voxels.h`: codes, occupancy and table; or densities, labels and occupancy.
 #[repr(C)]
-pub(super) struct KernelVoxels {
-    first: sys::CUdeviceptr,
-    second: sys::CUdeviceptr,
-}
+pub(super) struct KernelVoxels([sys::CUdeviceptr; 3]);
 
 impl DeviceVolume {
     /// Copies `volume` to the device, slab by slab.
@@ -71,20 +70,24 @@ impl DeviceVolume {
         let voxels = DeviceVoxels::new(volume)?;
         let count: usize = voxels.framed().iter().product();
         let table = voxels.density_of_value();
-        let (first, second) = match voxels.layout() {
-            Layout::Dense => (4 * count, count),
-            Layout::Coded | Layout::Texture => (2 * count, size_of_val(table)),
+        let (first, second, what) = match voxels.layout() {
+            Layout::Dense => (4 * count, count, "the labels"),
+            Layout::Coded | Layout::Texture => (2 * count, size_of_val(table), "the table of densities"),
         };
         let first = Buffer::new(device, first, "the voxels")?;
-        let second = (second > 0).then(|| Buffer::new(device, second, "labels or densities")).transpose()?;
-        let made = Self { voxels, first, second, upload_seconds: 0.0 };
-        made.copy(device, volume)?;
+        let second = (second > 0).then(|| Buffer::new(device, second, what)).transpose()?;
+        let occupancy = voxels.occupancy(volume)?;
+        let occupied = Buffer::new(device, occupancy.len(), "the volume's occupancy")?;
+        let made = Self { voxels, first, second, occupied, upload_seconds: 0.0 };
+        made.copy(device, volume, &occupancy)?;
         Ok(Self { upload_seconds: start.elapsed().as_secs_f64(), ..made })
     }
 
-    fn copy(&self, device: &Device, volume: &Volume) -> Result<()> {
+    fn copy(&self, device: &Device, volume: &Volume, occupancy: &[u8]) -> Result<()> {
         let current = device.current()?;
         let stream = Stream::new(&current)?;
+        // SAFETY: the stream is waited for before this function ends.
+        unsafe { self.occupied.fill(0, occupancy, &stream) }.and(stream.finish("the copy to the GPU"))?;
         let second = |place: usize, bytes: &[u8]| match &self.second {
             // SAFETY: the stream is waited for before the slab's memory is used again.
             Some(second) => unsafe { second.fill(place, bytes, &stream) },
@@ -110,12 +113,17 @@ impl DeviceVolume {
     /// As the kernel's parameter.
     pub(super) fn parameter(&self) -> KernelVoxels {
         let second = self.second.as_ref().map_or(0, |second| second.address);
-        KernelVoxels { first: self.first.address, second }
+        match self.voxels.layout() {
+            Layout::Dense => KernelVoxels([self.first.address, second, self.occupied.address]),
+            Layout::Coded | Layout::Texture => {
+                KernelVoxels([self.first.address, self.occupied.address, second])
+            }
+        }
     }
 
     /// Memory of the device that it takes.
     pub(super) fn bytes(&self) -> usize {
-        self.first.bytes + self.second.as_ref().map_or(0, |second| second.bytes)
+        self.first.bytes + self.second.as_ref().map_or(0, |second| second.bytes) + self.occupied.bytes
     }
 
     /// Bytes per second, read and written, of a copy of the voxels.

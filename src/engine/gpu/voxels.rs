@@ -1,5 +1,8 @@
 //! A volume's voxels as the kernel reads them: `shaders/voxels.h`.
 
+#[cfg(test)]
+mod tests;
+
 use rayon::prelude::*;
 
 use crate::allocation::filled;
@@ -98,17 +101,22 @@ impl DeviceVoxels {
         }
     }
 
-    /// The device's code of each HU of a texture, by the HU's bits.
+    /// The device's code of each of the volume's; none when densities are stored.
+    fn codes(&self) -> &[u16] {
+        match &self.stored {
+            Stored::Coded { code, .. } => code,
+            Stored::Dense => &[],
+        }
+    }
+
+    /// The device's code of each HU of a texture, by the HU's bits. The volume's codes are HU in ascending order.
     #[cfg_attr(
         not(any(test, target_vendor = "apple")),
         expect(dead_code, reason = "textures of the caller's are Metal's")
     )]
     pub(crate) fn codes_of_hu(&self) -> Vec<u16> {
-        match &self.stored {
-            // The volume's codes are HU in ascending order.
-            Stored::Coded { code, .. } => [&code[1 << 15..], &code[..1 << 15]].concat(),
-            Stored::Dense => Vec::new(),
-        }
+        let (negative, others) = self.codes().split_at(self.codes().len() / 2);
+        [others, negative].concat()
     }
 
     /// How codes of one label stand in for densities. Below the kink the stand-in counts from vacuum and above it from
@@ -300,43 +308,5 @@ impl Values {
 
     fn table(&self) -> Density {
         Density::Table(self.density.iter().map(|density| density.unwrap_or(0.0) as f32).collect())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use glam::DVec3;
-
-    use super::*;
-    use crate::geometry::Grid;
-    use crate::physics::{Calibration, Thresholds};
-    use crate::volume::Classification;
-
-    #[test]
-    fn every_hu_of_a_texture_has_the_code_of_its_density_and_label() {
-        let grid = Grid::centred([2, 3, 4], DVec3::ONE).expect("valid");
-        for calibration in Calibration::names() {
-            let how = Classification::named(calibration, Thresholds::DEFAULT).expect("built in");
-            let volume = Volume::from_texture(grid, Arc::new(()), &how).expect("small");
-            let voxels = DeviceVoxels::new(&volume).expect("small");
-            assert_eq!(voxels.layout(), Layout::Texture);
-            let density = |value: f64| match voxels.density().expect("coded") {
-                Density::Line { slope } => slope * value,
-                Density::Kink { slope, intercept, upper_slope } => {
-                    (slope * value).min(intercept + upper_slope * value)
-                }
-                Density::Table(table) => f64::from(table[value as usize]),
-            };
-            let codes = voxels.codes_of_hu();
-            for hu in i16::MIN..=i16::MAX {
-                let code = codes[usize::from(hu.cast_unsigned())];
-                let voxel = how.voxel(hu.into(), None);
-                assert_eq!(code & 7, u16::from(voxel.label), "{calibration}: {hu} HU");
-                let error = density(f64::from(code >> 3)) - voxel.density;
-                assert!(error.abs() <= 1e-7 * voxel.density, "{calibration}: {hu} HU: {error}");
-            }
-        }
     }
 }

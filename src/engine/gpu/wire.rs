@@ -124,3 +124,47 @@ const _: () = {
 pub(super) fn columns(matrix: DMat3) -> [[f32; 3]; 3] {
     matrix.to_cols_array_2d().map(|column| column.map(|x| x as f32))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of which every number here is a multiple.
+    const UNIT: f64 = 1.0 / (1 << 20) as f64;
+
+    fn in_units(x: f64) -> i128 {
+        let units = x / UNIT;
+        assert_eq!(units, units.trunc(), "{x:e} is not a multiple");
+        units as i128
+    }
+
+    #[test]
+    fn a_difference_is_exact_before_it_is_rounded() {
+        let mut state = 1_u64;
+        let mut random = |scale: u32| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            // All 53 bits.
+            (state.cast_signed() >> 11) as f64 * UNIT * f64::from(scale).exp2()
+        };
+        for n in 0..10_000 {
+            // With more bits together than float64 has.
+            let (a, b) = (random(n % 40), random(n / 40 % 40));
+            let Twofold { high, low } = Twofold::difference(a, b);
+            let rest = in_units(a) - in_units(b) - in_units(f64::from(high));
+            let off = (rest - in_units(f64::from(low))) as f64;
+            assert!(off.abs() <= 0.5001 * f64::from(f32::EPSILON) * (rest as f64).abs(), "{a:e} - {b:e}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_lost_that_48_bits_can_hold() {
+        // 1 + 2⁻⁶⁰: float64 alone would lose the second part.
+        let tiny = (-60.0_f64).exp2();
+        assert_eq!(Twofold::difference(1.0, -tiny), Twofold { high: 1.0, low: tiny as f32 });
+        for x in [0.0, -0.1, 1.0 / 3.0, 1e9 / 7.0, -1e-30] {
+            let Twofold { high, low } = Twofold::from(x);
+            let error = (f64::from(high) + f64::from(low) - x).abs();
+            assert!(error <= (-48.0_f64).exp2() * x.abs(), "{x:e}: {error:e}");
+        }
+    }
+}

@@ -69,7 +69,7 @@ impl Metal {
                 device: device.clone(),
                 prepared,
                 volume: on_device,
-                block: plan.block.unwrap_or(Plan::METAL_BLOCK),
+                block: plan.block.unwrap_or([1, 1]),
                 timings: Mutex::new(timings),
             })
         })
