@@ -6,7 +6,7 @@ use std::ptr::NonNull;
 
 use objc2::rc::Retained;
 use objc2::runtime::ProtocolObject;
-use objc2_metal::{MTLBuffer, MTLDevice, MTLResourceOptions, MTLTexture};
+use objc2_metal::{MTLBuffer, MTLDevice, MTLResourceOptions, MTLTexture, MTLTextureUsage};
 
 use crate::error::{Error, Result};
 
@@ -114,6 +114,11 @@ impl Deref for TextureObject {
 }
 
 impl TextureObject {
+    /// Whether a kernel may use it so. A usage that is not known is every usage.
+    pub(super) fn allows(&self, usage: MTLTextureUsage) -> bool {
+        self.usage() == MTLTextureUsage::Unknown || self.usage().contains(usage)
+    }
+
     /// A texture of the caller's.
     ///
     /// # Safety

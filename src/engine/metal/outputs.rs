@@ -183,7 +183,7 @@ fn check_buffer(
 
 fn check_image(
     device: &Device,
-    texture: &ProtocolObject<dyn MTLTexture>,
+    texture: &TextureObject,
     size: [usize; 2],
     views: usize,
 ) -> Result<ImageKind> {
@@ -196,7 +196,7 @@ fn check_image(
     if texture.pixelFormat() != MTLPixelFormat::R32Float {
         return Err(invalid("format", &texture.pixelFormat().0, "MTLPixelFormatR32Float".into()));
     }
-    if !texture.usage().contains(MTLTextureUsage::ShaderWrite) {
+    if !texture.allows(MTLTextureUsage::ShaderWrite) {
         return Err(invalid("usage", &texture.usage().0, "with MTLTextureUsageShaderWrite".into()));
     }
     let given = [texture.width(), texture.height()];

@@ -46,7 +46,7 @@ impl Texture {
     }
 }
 
-fn check(device: &Device, texture: &ProtocolObject<dyn MTLTexture>, dimensions: [usize; 3]) -> Result<()> {
+fn check(device: &Device, texture: &TextureObject, dimensions: [usize; 3]) -> Result<()> {
     if !device.is(&texture.device()) {
         return Err(Error::invalid(
             "texture's GPU",
@@ -60,7 +60,7 @@ fn check(device: &Device, texture: &ProtocolObject<dyn MTLTexture>, dimensions: 
     if texture.pixelFormat() != MTLPixelFormat::R16Sint {
         return Err(Error::invalid("texture's format", texture.pixelFormat().0, "MTLPixelFormatR16Sint"));
     }
-    if !texture.usage().contains(MTLTextureUsage::ShaderRead) {
+    if !texture.allows(MTLTextureUsage::ShaderRead) {
         return Err(Error::invalid("texture's usage", texture.usage().0, "with MTLTextureUsageShaderRead"));
     }
     let size = [texture.width(), texture.height(), texture.depth()];
