@@ -115,7 +115,9 @@ impl DeviceVolume {
         let second = self.second.as_ref().map_or(0, |second| second.address);
         match self.voxels.layout() {
             Layout::Dense => KernelVoxels([self.first.address, second, self.occupied.address]),
-            Layout::Coded | Layout::Texture => KernelVoxels([self.first.address, self.occupied.address, second]),
+            Layout::Coded | Layout::Texture => {
+                KernelVoxels([self.first.address, self.occupied.address, second])
+            }
         }
     }
 
