@@ -33,8 +33,8 @@ typedef struct Pointees {
 
 /* One member per parameter name of the header; functions read those that they have. */
 typedef struct Given {
-    void *options, *context, *descriptor, *hu, *labels, *volume, *scene, *projector, *centre, *pose, *uniforms, *views,
-        *poses, *outputs, *weights, *coefficients, *factors, *queue, *backend;
+    void *options, *context, *descriptor, *hu, *labels, *texture, *volume, *scene, *projector, *centre, *pose, *uniforms,
+        *views, *poses, *outputs, *weights, *coefficients, *factors, *queue, *backend;
     const char *name;
     double angle_degrees, source_axis_mm, source_detector_mm, pixel_mm, first_energy_kev, energy_step_kev;
     size_t width, height, energy_count, view_count;

@@ -17,6 +17,17 @@ static void volume_place_and_float32(Given *g) {
     volume_place(g);
     g->hu = g->to.hu_float32;
 }
+/* The context has no GPU, so the good call is refused as well, last of all: the texture is not looked at. */
+static DrrStatus call_volume_create_texture(const Given *g) {
+    const DrrStatus status = drr_volume_create_metal_texture((const DrrContext *)g->context,
+                                                             (const DrrVolumeDescriptor *)g->descriptor,
+                                                             (void *)g->texture, (DrrVolume **)g->volume);
+    return status == DRR_STATUS_UNSUPPORTED ? DRR_STATUS_OK : status;
+}
+static void volume_place_and_texture(Given *g) {
+    volume_place(g);
+    g->texture = &g->to.handle;
+}
 static void destroy_made_volume(const Given *g) { drr_volume_destroy((DrrVolume *)g->to.handle); }
 static DrrStatus call_volume_destroy(const Given *g) { return drr_volume_destroy((DrrVolume *)g->volume); }
 static void no_volume(Given *g) { g->volume = NULL; }
@@ -24,6 +35,8 @@ static void no_volume(Given *g) { g->volume = NULL; }
 static const Function volume_create = {"drr_volume_create", volume_place, call_volume_create, destroy_made_volume},
                       volume_create_float32 = {"drr_volume_create_float32", volume_place_and_float32,
                                                call_volume_create_float32, destroy_made_volume},
+                      volume_create_texture = {"drr_volume_create_metal_texture", volume_place_and_texture,
+                                               call_volume_create_texture, NULL},
                       volume_destroy = {"drr_volume_destroy", no_volume, call_volume_destroy, NULL};
 
 /* 2^45 voxels: each side is valid. */
@@ -75,7 +88,7 @@ static void volume_destroyed(Given *g) {
     {f, "descriptor.index_to_world", kind, setting, change, INVALID,                                                \
      "descriptor.index_to_world is singular (ratio",                                                                \
      "|det|/(product of column norms) ≥ 1e-6"}
-#define VOLUME_ROWS(f, voxels, alignment)                                                                           \
+#define PLACE_ROWS(f)                                                                           \
     {f, "context", "NULL", NULL, POINT(context, NULL), INVALID, "context is NULL;", "a DrrContext"},                \
     {f, "context", "misaligned", context_askew, NOTHING, INVALID, "context is 0x", "a DrrContext"},                 \
     {f, "context", "foreign", context_foreign, NOTHING, INVALID, "context is no such handle;", "a DrrContext"},     \
@@ -109,7 +122,8 @@ static void volume_destroyed(Given *g) {
      "descriptor.thresholds is 4;", "DRR_THRESHOLDS constants, 0 … 3"},                                             \
     {f, "descriptor.thresholds", "unknown", NULL, PUT(to.descriptor.thresholds, uint32_t, UINT32_MAX), INVALID,     \
      "descriptor.thresholds is 4294967295;", "DRR_THRESHOLDS constants, 0 … 3"},                                    \
-    POINTER_ROWS(f, volume, handle, "8 bytes"),                                                                     \
+    POINTER_ROWS(f, volume, handle, "8 bytes")
+#define VOXELS_ROWS(f, voxels, alignment)                                                                           \
     {f, "hu", "NULL", NULL, POINT(hu, NULL), INVALID, "hu is NULL;", "a pointer to 24 values"},                     \
     {f, "hu", "misaligned", NULL, ASKEW(hu, voxels), INVALID, "hu is 0x", "aligned to " alignment},                 \
     {f, "labels", "label", NULL, PUT(to.labels[NX * NY + 1], uint8_t, 255), INVALID,                                \
@@ -120,8 +134,12 @@ static void volume_destroyed(Given *g) {
      "hu at voxel [3, 2, 1] is " value ";", "finite HU (1 are not)"}
 
 static const Row volume_rows[] = {
-    VOLUME_ROWS(&volume_create, hu, "2 bytes"),
-    VOLUME_ROWS(&volume_create_float32, hu_float32, "4 bytes"),
+    PLACE_ROWS(&volume_create),
+    PLACE_ROWS(&volume_create_float32),
+    PLACE_ROWS(&volume_create_texture),
+    VOXELS_ROWS(&volume_create, hu, "2 bytes"),
+    VOXELS_ROWS(&volume_create_float32, hu_float32, "4 bytes"),
+    POINTER_ROWS(&volume_create_texture, texture, hu, "8 bytes"),
     VOXEL_ROW("NaN", NAN, "NaN"),
     VOXEL_ROW("+Inf", INFINITY, "inf"),
     VOXEL_ROW("-Inf", -INFINITY, "-inf"),

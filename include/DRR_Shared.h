@@ -305,6 +305,24 @@ DrrStatus drr_volume_create_float32(const DrrContext *context,
 /// Gives a volume up; its projectors stay valid. NULL is nothing. As drr_context_destroy.
 DrrStatus drr_volume_destroy(struct DrrVolume *volume);
 
+/// Makes a volume of the int16 CT numbers in a texture of Metal's, which are read where they are: nothing is copied.
+///
+/// `context` must be of DRR_BACKEND_METAL. `texture` is an id<MTLTexture> of its GPU: MTLTextureType3D,
+/// MTLPixelFormatR16Sint, usage with MTLTextureUsageShaderRead, as large as descriptor->dimensions; texel (i, j, k) is
+/// voxel (i, j, k), and the descriptor's thresholds decide what it is made of. The volume retains it. Its texels may be
+/// written before and after, but not while a call or a command buffer projects the volume; nothing but Metal orders the
+/// two. What the volume holds is not looked at: every material of the thresholds is taken to occur, so a scene must have
+/// them all.
+///
+/// On success `*volume` is a new handle, to be given to drr_volume_destroy; on failure `*volume` is left as it is. Fails
+/// with DRR_STATUS_INVALID_ARGUMENT; with DRR_STATUS_UNSUPPORTED when the context has another engine, as it has
+/// everywhere but on Apple's systems; with DRR_STATUS_OUT_OF_MEMORY. drr_reference_project cannot read such a volume and
+/// fails with DRR_STATUS_UNSUPPORTED. Any thread.
+DrrStatus drr_volume_create_metal_texture(const DrrContext *context,
+                                          const DrrVolumeDescriptor *descriptor,
+                                          void *texture,
+                                          DrrVolume **volume);
+
 /// What a scene simulates: DRR_EFFECT bits. Unknown bits are refused.
 typedef uint32_t DrrEffects;
 
@@ -506,7 +524,8 @@ const char *drr_projector_describe(const struct DrrProjector *projector);
 ///
 /// `views` and the tables behind their LUT addresses are only read during the call. An address, aligned to 4 bytes, is a
 /// host pointer on engines of the CPU and an address of its memory on a GPU, where the tables must be complete before
-/// the call. The values there are checked, the address itself cannot be.
+/// the call. The values there are checked, the address itself cannot be. Metal's command buffers read only what is
+/// resident for them: there tables need drr_projector_encode, and nothing of them is checked.
 /// Tables of a view need DRR_EFFECT_POLYENERGETIC; a view's spectrum is used as it is, without the scene's detector
 /// response. With enableEarlyExit the intensity may differ by exp(-15) of I0; where other images are asked for that
 /// would change too, rays are not stopped.
@@ -559,7 +578,8 @@ DrrStatus drr_device_outputs_init(struct DrrDeviceOutputs *outputs);
 ///
 /// `queue` is a CUstream of the primary context of the context's GPU, or NULL for its default stream, with
 /// DRR_BACKEND_CUDA; a stream that is being captured is refused. It is an id<MTLCommandBuffer> of the context's GPU,
-/// which has not been committed and has no open encoder, with DRR_BACKEND_METAL; the caller commits it. Queue and images
+/// which retains its references, has not been committed and has no open encoder, with DRR_BACKEND_METAL; the caller
+/// commits it, and makes the tables behind LUT addresses, which only the GPU reads, resident for it. Queue and images
 /// belong to the caller and must stay until the queue has run the projection; pointers to them are believed. Views,
 /// their tables and `outputs` are only read during the call; LUT addresses are as for drr_projector_project. The
 /// projector keeps what the queue needs: it must not be destroyed before the queue has run the projection.

@@ -21,6 +21,9 @@ kernel void projectPolyenergeticDRR(
 #else
     const device ushort *code [[buffer(5)]],
 #endif
+#if DRR_VOXELS != DRR_VOXELS_TEXTURE
+    const device uchar *occupied [[buffer(12)]],
+#endif
 #if DRR_DENSITY == DRR_DENSITY_TABLE
     const device float *densityOfValue [[buffer(7)]],
 #endif
@@ -46,9 +49,9 @@ kernel void projectPolyenergeticDRR(
 #if DRR_VOXELS == DRR_VOXELS_TEXTURE
         ctVolume, codeOfHu,
 #elif DRR_VOXELS == DRR_VOXELS_DENSE
-        density, label,
+        density, label, occupied,
 #else
-        code,
+        code, occupied,
 #endif
 #if DRR_DENSITY == DRR_DENSITY_TABLE
         densityOfValue,

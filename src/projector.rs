@@ -1,6 +1,8 @@
 //! A projector: one volume, one scene, one plan, one engine.
 
+use std::any::Any;
 use std::ffi::{CStr, c_void};
+use std::ptr::NonNull;
 use std::sync::Arc;
 
 use crate::allocation::reserved;
@@ -18,6 +20,7 @@ use crate::physics::SpectralModel;
 use crate::plan::Plan;
 use crate::raycast::Beam;
 use crate::scene::{Algorithm, Scene, check_i0};
+use crate::shared::DrrAddress;
 use crate::volume::Volume;
 
 /// Where projectors run: an engine and its threads. Cheap to clone; may be used from many threads at once.
@@ -80,6 +83,26 @@ impl Context {
         self.device.driver()
     }
 
+    /// A 3D texture of int16 HU that a pipeline of the caller's has on the GPU, for [`Volume::from_texture`]; it is kept
+    /// alive. Its texels are read when views are projected, and must not be written meanwhile.
+    ///
+    /// # Errors
+    /// `Unsupported` unless the engine is `metal`; `InvalidArgument` when it is not an `MTLTextureType3D` of
+    /// `MTLPixelFormatR16Sint` with `MTLTextureUsageShaderRead`, of these dimensions, on the context's GPU.
+    ///
+    /// # Safety
+    /// If the engine is `metal`, `texture` is null or an `id<MTLTexture>`.
+    #[allow(unsafe_code, reason = "the pointer is believed")]
+    pub unsafe fn texture(
+        &self,
+        texture: *mut c_void,
+        dimensions: [usize; 3],
+    ) -> Result<Arc<dyn Any + Send + Sync>> {
+        let null = || Error::invalid("texture", "NULL", "a texture");
+        // SAFETY: the caller's promise is the same.
+        unsafe { self.device.texture(NonNull::new(texture).ok_or_else(null)?, dimensions) }
+    }
+
     pub(crate) fn device(&self) -> &Device {
         &self.device
     }
@@ -114,11 +137,14 @@ pub struct ViewRequest {
     pub early_exit: bool,
     /// Spectral tables of this view alone, which views may share; `None`: the scene's.
     pub spectral: Option<Arc<SpectralModel>>,
+    /// GPU addresses of such tables, spectrum and mass attenuation, which the engine `metal` reads in
+    /// [`Projector::encode`]; 0: none.
+    pub lut_addresses: [DrrAddress; 2],
 }
 
 impl From<View> for ViewRequest {
     fn from(view: View) -> Self {
-        Self { view, early_exit: false, spectral: None }
+        Self { view, early_exit: false, spectral: None, lut_addresses: [0, 0] }
     }
 }
 
@@ -131,7 +157,7 @@ impl Projector {
             Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.algorithm)?),
             #[cfg(feature = "host")]
             Backend::Host => Box::new(context.install(|| Host::new(&volume, &scene, &plan))?),
-            _ => context.device.engine(&volume, &scene, &plan)?,
+            _ => context.install(|| context.device.engine(&volume, &scene, &plan))?,
         };
         Ok(Self { context: context.clone(), volume, scene, plan, engine })
     }
@@ -226,6 +252,16 @@ impl Projector {
         self.context.install(|| engine.project_f64(&job))
     }
 
+    /// The other engines read tables before they project.
+    fn check_addresses(&self, addresses: [DrrAddress; 2]) -> Result<()> {
+        let backend = self.context.backend;
+        if addresses == [0, 0] || backend == Backend::Metal {
+            return Ok(());
+        }
+        let value = format!("{addresses:#x?}");
+        Err(Error::invalid("lut_addresses", value, format!("[0, 0] on the engine {}", backend.name())))
+    }
+
     fn jobs(&self, views: &[ViewRequest], layers: Layers) -> Result<Vec<ViewJob>> {
         if layers.bone_path && self.scene.bone.is_none() {
             return Err(Error::invalid(
@@ -246,8 +282,10 @@ impl Projector {
                 ));
             }
             spectral.as_ref().map_or(Ok(()), |model| check_i0(model.i0()))?;
+            self.check_addresses(request.lut_addresses)?;
             let beam = Beam::new(&request.view, self.volume.grid(), self.scene.detector)?;
-            Ok(ViewJob { beam, early_exit: request.early_exit, spectral })
+            let lut_addresses = request.lut_addresses;
+            Ok(ViewJob { beam, early_exit: request.early_exit, spectral, lut_addresses })
         };
         let mut jobs = reserved(views.len(), "the views")?;
         for (v, view) in views.iter().enumerate() {

@@ -91,7 +91,8 @@ fn both(
     layers: Layers,
 ) -> [Images<f32>; 2] {
     [true, false].map(|early_exit| {
-        let view = ViewRequest { view, early_exit, spectral: spectral.cloned() };
+        let spectral = spectral.cloned();
+        let view = ViewRequest { early_exit, spectral, ..view.into() };
         projector.project(&[view], layers, SILENT).expect("projects")
     })
 }
@@ -320,7 +321,7 @@ fn a_view_stops_by_its_own_tables() {
                     assert!(changed || depth < DEEP, "{name}: never stopped at a depth of {depth} times 15");
                 }
                 // In one call with views by the scene's tables, and without early exit.
-                let request = |early_exit, spectral| ViewRequest { view, early_exit, spectral };
+                let request = |early_exit, spectral| ViewRequest { early_exit, spectral, ..view.into() };
                 let requests = [
                     request(true, None),
                     request(true, Some(own.clone())),

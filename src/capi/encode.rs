@@ -95,7 +95,8 @@ pub unsafe extern "C" fn drr_device_outputs_init(outputs: *mut DrrDeviceOutputs)
 ///
 /// `queue` is a CUstream of the primary context of the context's GPU, or NULL for its default stream, with
 /// DRR_BACKEND_CUDA; a stream that is being captured is refused. It is an id<MTLCommandBuffer> of the context's GPU,
-/// which has not been committed and has no open encoder, with DRR_BACKEND_METAL; the caller commits it. Queue and images
+/// which retains its references, has not been committed and has no open encoder, with DRR_BACKEND_METAL; the caller
+/// commits it, and makes the tables behind LUT addresses, which only the GPU reads, resident for it. Queue and images
 /// belong to the caller and must stay until the queue has run the projection; pointers to them are believed. Views,
 /// their tables and `outputs` are only read during the call; LUT addresses are as for drr_projector_project. The
 /// projector keeps what the queue needs: it must not be destroyed before the queue has run the projection.

@@ -49,15 +49,7 @@ impl Tables {
 /// # Safety
 /// As for [`Tables::model`].
 unsafe fn read(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> Result<SpectralModel> {
-    if !projector.polyenergetic {
-        let argument = if spectrum == 0 { "muLutAddress" } else { "spectrumLutAddress" };
-        let value = format!("{:#x}", spectrum.max(mu));
-        return Err(Error::invalid(
-            argument,
-            value,
-            "0, because the scene is without DRR_EFFECT_POLYENERGETIC",
-        ));
-    }
+    check_polyenergetic(projector, [spectrum, mu])?;
     let scene = projector.projector.scene();
     let energies = *scene.spectrum.grid();
     let materials = scene.materials.names().len();
@@ -76,6 +68,21 @@ unsafe fn read(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> R
         .map_err(|error| error.called("mass_attenuation", "muLutAddress"))?;
     let spectrum = own_spectrum.as_ref().unwrap_or(&scene.spectrum);
     SpectralModel::new(spectrum, own_materials.as_ref().unwrap_or(&scene.materials))
+}
+
+/// A view's addresses, for a GPU that reads them itself.
+pub(super) fn addresses(projector: &ProjectorValue, view: &ProjectionUniforms) -> Result<[DrrAddress; 2]> {
+    let addresses = [view.spectrumLutAddress, view.muLutAddress];
+    check_polyenergetic(projector, addresses).map(|()| addresses)
+}
+
+fn check_polyenergetic(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> Result<()> {
+    if projector.polyenergetic || [spectrum, mu] == [0, 0] {
+        return Ok(());
+    }
+    let argument = if spectrum == 0 { "muLutAddress" } else { "spectrumLutAddress" };
+    let value = format!("{:#x}", spectrum.max(mu));
+    Err(Error::invalid(argument, value, "0, because the scene is without DRR_EFFECT_POLYENERGETIC"))
 }
 
 fn own_spectrum(energies: EnergyGrid, weights: Vec<f64>) -> Result<Spectrum> {

@@ -20,6 +20,7 @@ mod progress;
 pub mod context;
 pub mod encode;
 pub mod geometry;
+pub mod metal;
 pub mod outputs;
 pub mod physics;
 pub mod projector;

@@ -6,12 +6,13 @@ use crate::allocation::reserved;
 use crate::capi::boundary::guard;
 use crate::capi::geometry::DrrDetectorPose;
 use crate::capi::handle::{self, Opaque};
-use crate::capi::lut::Tables;
+use crate::capi::lut::{self, Tables};
 use crate::capi::outputs::{DrrOutputs, Places};
 use crate::capi::scene::DrrScene;
 use crate::capi::status::DrrStatus;
 use crate::capi::volume::DrrVolume;
 use crate::capi::{memory, options};
+use crate::engine::Backend;
 use crate::error::Result;
 use crate::geometry::View;
 use crate::projector::{Projector, ViewRequest};
@@ -102,7 +103,8 @@ pub unsafe extern "C" fn drr_projector_describe(projector: *const DrrProjector) 
 ///
 /// `views` and the tables behind their LUT addresses are only read during the call. An address, aligned to 4 bytes, is a
 /// host pointer on engines of the CPU and an address of its memory on a GPU, where the tables must be complete before
-/// the call. The values there are checked, the address itself cannot be.
+/// the call. The values there are checked, the address itself cannot be. Metal's command buffers read only what is
+/// resident for them: there tables need drr_projector_encode, and nothing of them is checked.
 /// Tables of a view need DRR_EFFECT_POLYENERGETIC; a view's spectrum is used as it is, without the scene's detector
 /// response. With enableEarlyExit the intensity may differ by exp(-15) of I0; where other images are asked for that
 /// would change too, rays are not stopped.
@@ -136,12 +138,15 @@ pub(super) unsafe fn uniforms_request(
     value: &ProjectorValue,
     view: &ProjectionUniforms,
 ) -> Result<ViewRequest> {
-    Ok(ViewRequest {
-        view: View::Projection(view.into()),
-        early_exit: view.enableEarlyExit.get(),
+    let mut request = ViewRequest::from(View::Projection(view.into()));
+    request.early_exit = view.enableEarlyExit.get();
+    if value.projector.plan().engine == Backend::Metal {
+        request.lut_addresses = lut::addresses(value, view)?;
+    } else {
         // SAFETY: the caller's promise is the same.
-        spectral: unsafe { tables.model(value, view)? },
-    })
+        request.spectral = unsafe { tables.model(value, view)? };
+    }
+    Ok(request)
 }
 
 /// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by source and detector in float64. Rays are the segments

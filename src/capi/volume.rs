@@ -81,7 +81,7 @@ unsafe impl options::Options for DrrVolumeDescriptor {
 const _: () = assert!(size_of::<DrrVolumeDescriptor>() == DESCRIPTOR_SIZE);
 
 impl DrrVolumeDescriptor {
-    fn grid(&self) -> Result<Grid> {
+    pub(super) fn grid(&self) -> Result<Grid> {
         let matrix = DMat4::from_cols_array(&self.index_to_world);
         let last_row = matrix.row(3).to_array();
         if last_row != [0.0, 0.0, 0.0, 1.0] {
@@ -91,7 +91,7 @@ impl DrrVolumeDescriptor {
         Grid::new(self.dimensions, DAffine3::from_mat4(matrix)).map_err(|error| error.of("descriptor"))
     }
 
-    fn classification(&self) -> Result<Classification> {
+    pub(super) fn classification(&self) -> Result<Classification> {
         let calibration = match self.calibration {
             DRR_CALIBRATION_WATER_ANCHORED => "water_anchored",
             DRR_CALIBRATION_SCHNEIDER_2000 => "schneider2000",

@@ -1,11 +1,14 @@
 //! The device of a context's engine.
 
+use std::any::Any;
 use std::ffi::{CStr, c_void};
 use std::ptr::NonNull;
 use std::sync::Arc;
 
 #[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
 use crate::engine::cuda;
+#[cfg(target_vendor = "apple")]
+use crate::engine::metal::{self, Metal};
 use crate::engine::{Backend, Engine};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
@@ -44,6 +47,9 @@ pub(crate) enum Device {
     /// An NVIDIA GPU.
     #[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
     Cuda(Arc<cuda::Device>),
+    /// An Apple GPU.
+    #[cfg(target_vendor = "apple")]
+    Metal(Arc<metal::Device>),
 }
 
 impl Device {
@@ -55,6 +61,8 @@ impl Device {
         let device = match backend {
             #[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
             Backend::Cuda => Self::Cuda(cuda::Device::open(choice.index)?),
+            #[cfg(target_vendor = "apple")]
+            Backend::Metal => Self::Metal(Arc::new(metal::Device::open(choice.metal)?)),
             Backend::Reference | Backend::Cpu => Self::None,
             #[cfg(feature = "host")]
             Backend::Host => Self::None,
@@ -68,8 +76,10 @@ impl Device {
             let valid = format!("NULL, because the engine is {}", backend.name());
             return Err(Error::invalid("metal_device", "not NULL", valid));
         }
-        if choice.index > 0 && matches!(device, Self::None) {
-            let valid = format!("0, because the engine {} runs on the CPU", backend.name());
+        if choice.index > 0 && backend != Backend::Cuda {
+            let on_cpu = matches!(device, Self::None);
+            let why = if on_cpu { "runs on the CPU" } else { "is given a GPU and not its number" };
+            let valid = format!("0, because the engine {} {why}", backend.name());
             return Err(Error::invalid("device_index", choice.index, valid));
         }
         Ok(device)
@@ -81,6 +91,8 @@ impl Device {
             Self::None => c"",
             #[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
             Self::Cuda(device) => device.name(),
+            #[cfg(target_vendor = "apple")]
+            Self::Metal(device) => device.name(),
         }
     }
 
@@ -90,6 +102,8 @@ impl Device {
             Self::None => String::new(),
             #[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
             Self::Cuda(device) => device.driver(),
+            #[cfg(target_vendor = "apple")]
+            Self::Metal(_) => metal::Device::driver(),
         }
     }
 
@@ -102,6 +116,34 @@ impl Device {
             ),
             #[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
             Self::Cuda(device) => Ok(Box::new(cuda::Cuda::new(device.clone(), volume, scene, plan)?)),
+            #[cfg(target_vendor = "apple")]
+            Self::Metal(device) => Ok(Box::new(Metal::new(device, volume, scene, plan)?)),
+        }
+    }
+
+    /// A texture of the caller's on this device, kept alive, for
+    /// [`Volume::from_texture`](crate::volume::Volume::from_texture).
+    ///
+    /// # Errors
+    /// `Unsupported` when the device is not Metal's; `InvalidArgument` when the texture does not fit the dimensions.
+    ///
+    /// # Safety
+    /// `texture` is an `id<MTLTexture>` when the device is Metal's.
+    #[allow(unsafe_code, reason = "the pointer is believed")]
+    pub(crate) unsafe fn texture(
+        &self,
+        texture: NonNull<c_void>,
+        dimensions: [usize; 3],
+    ) -> Result<Arc<dyn Any + Send + Sync>> {
+        let _ = (texture, dimensions);
+        match self {
+            #[cfg(target_vendor = "apple")]
+            Self::Metal(device) => {
+                // SAFETY: the caller's promise.
+                let texture = unsafe { metal::Texture::retained(device, texture, dimensions)? };
+                Ok(Arc::new(texture))
+            }
+            _ => Err(Error::Unsupported("only the engine metal reads a texture".into())),
         }
     }
 
@@ -122,6 +164,8 @@ impl Device {
             #[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
             // SAFETY: the caller's promise is the same.
             Self::Cuda(device) => Some(unsafe { device.floats(argument, address, count) }),
+            #[cfg(target_vendor = "apple")]
+            Self::Metal(_) => unreachable!("an Apple GPU reads them itself"),
         }
     }
 }

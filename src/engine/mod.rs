@@ -13,6 +13,8 @@ mod gpu;
 #[cfg(feature = "host")]
 pub mod host;
 mod images;
+#[cfg(target_vendor = "apple")]
+mod metal;
 mod progress;
 pub mod reference;
 mod timings;
@@ -27,9 +29,11 @@ pub use images::{Images, Layers};
 pub use progress::{Progress, Report, SILENT};
 pub use timings::Timings;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::physics::SpectralModel;
 use crate::raycast::Beam;
+use crate::shared::DrrAddress;
+use crate::volume::{Volume, Voxels};
 
 /// Which engine runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
@@ -65,6 +69,19 @@ impl Backend {
             Self::Metal => "metal",
         }
     }
+
+    /// # Errors
+    /// `Unsupported` when the volume is where this engine cannot read it.
+    pub(crate) fn check_reads(self, volume: &Volume) -> Result<()> {
+        match volume.voxels() {
+            Voxels::Texture { .. } if self != Self::Metal => {
+                let text =
+                    format!("the volume is in a texture, which the engine {} cannot read", self.name());
+                Err(Error::Unsupported(text))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// One view of a job.
@@ -77,6 +94,9 @@ pub struct ViewJob {
     pub early_exit: bool,
     /// Spectral tables of this view alone, instead of the scene's.
     pub spectral: Option<Arc<SpectralModel>>,
+    /// Where Metal finds tables of this view alone, as in [`ProjectionUniforms`](crate::shared): spectrum, mass
+    /// attenuation; 0: the scene's.
+    pub lut_addresses: [DrrAddress; 2],
 }
 
 /// What an engine is asked to do.

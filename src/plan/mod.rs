@@ -56,9 +56,10 @@ impl Plan {
     ///
     /// # Errors
     /// `InvalidArgument` when the scene is not valid, or the volume carries a label that has no material;
-    /// `Unsupported` when the engine does not have the scene's algorithm.
+    /// `Unsupported` when the engine does not have the scene's algorithm or cannot read the volume.
     pub fn new(scene: &Scene, volume: &Volume, engine: Backend) -> Result<Self> {
         scene.validate()?;
+        engine.check_reads(volume)?;
         if engine != Backend::Reference && scene.algorithm == Algorithm::Exact {
             return Err(Error::Unsupported("algorithm exact runs on the reference engine only".into()));
         }

@@ -1,6 +1,9 @@
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::*;
+use crate::engine::reference::Reference;
 use crate::geometry::Grid;
 use crate::physics::{Calibration, Spectrum, Thresholds};
 use crate::volume::Classification;
@@ -66,4 +69,22 @@ fn labels_of_one_scheme_do_not_meet_materials_of_another() {
     let scene = Scene::new([8, 8]).expect("valid");
     let error = Plan::new(&scene, &volume, Backend::Cpu).expect_err("label 1 is soft tissue, not lung");
     assert!(error.to_string().starts_with("scene.materials[1] is lung; valid: soft_tissue"), "{error}");
+}
+
+#[test]
+fn a_volume_in_a_texture_may_hold_every_material_and_is_for_metal_alone() {
+    let grid = Grid::centred([4, 4, 4], DVec3::ONE).expect("valid");
+    let how = Classification::named(Calibration::DEFAULT, Thresholds::DEFAULT).expect("built in");
+    let volume = Arc::new(Volume::from_texture(grid, Arc::new(()), &how).expect("small"));
+    let scene = Scene::new([8, 8]).expect("valid");
+    let planned = Plan::new(&scene, &volume, Backend::Metal).expect("planned, wherever it runs");
+    let labels: Vec<u8> = planned.materials.iter().map(|m| m.label).collect();
+    assert_eq!(labels, [0, 1, 2, 3], "air up to -950 HU has a density");
+    for backend in Backend::ALL.into_iter().filter(|&backend| backend != Backend::Metal) {
+        let error = Plan::new(&scene, &volume, backend).expect_err("it cannot read textures");
+        assert!(matches!(&error, Error::Unsupported(text) if text.contains(backend.name())), "{error}");
+    }
+    // The truth that images of another engine are measured against.
+    let error = Reference::new(volume, &scene, scene.algorithm).err().expect("it cannot read textures");
+    assert!(matches!(error, Error::Unsupported(_)), "{error}");
 }

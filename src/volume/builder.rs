@@ -63,7 +63,7 @@ impl Code {
         }
     }
 
-    fn meaning(self, code: u16, how: &Classification) -> Voxel {
+    pub(super) fn meaning(self, code: u16, how: &Classification) -> Voxel {
         let label = match self {
             Self::Hu => None,
             Self::LabelAndHu => Some((code >> 13) as u8),
@@ -189,11 +189,7 @@ impl VolumeBuilder {
             return Err(Error::invalid("number of voxels", given, format!("{expected}, the grid's")));
         }
         let mut materials = [MaterialStatistics::default(); MAX_MATERIALS];
-        let mut note = |voxel: Voxel| {
-            let m = &mut materials[usize::from(voxel.label)];
-            m.labelled = true;
-            m.max_density = m.max_density.max(voxel.density);
-        };
+        let mut note = |voxel: Voxel| materials[usize::from(voxel.label)].note(voxel);
         let voxels = match self.store {
             Store::Int16 { code, codes, seen } => {
                 let mut table = filled(seen.len(), Voxel::default(), "the volume's table")?;

@@ -3,10 +3,14 @@
 mod builder;
 mod voxels;
 
+use std::any::Any;
+use std::sync::Arc;
+
 use builder::Code;
 pub use builder::{Classification, VolumeBuilder};
 pub use voxels::{Voxel, Voxels};
 
+use crate::allocation::reserved;
 use crate::error::Result;
 use crate::geometry::Grid;
 use crate::physics::MAX_MATERIALS;
@@ -28,6 +32,13 @@ pub struct MaterialStatistics {
     pub labelled: bool,
     /// Largest density of a voxel of this material, g/cm³; 0 means that the material cannot attenuate.
     pub max_density: f64,
+}
+
+impl MaterialStatistics {
+    fn note(&mut self, voxel: Voxel) {
+        self.labelled = true;
+        self.max_density = self.max_density.max(voxel.density);
+    }
 }
 
 impl Volume {
@@ -52,6 +63,26 @@ impl Volume {
         builder.finish()
     }
 
+    /// A volume whose int16 HU are in a texture of a GPU and stay there. Nothing is known of them: every material of the
+    /// classification is taken to occur, up to the largest density that the calibration gives it.
+    ///
+    /// # Errors
+    /// `OutOfMemory`.
+    pub fn from_texture(
+        grid: Grid,
+        texture: Arc<dyn Any + Send + Sync>,
+        how: &Classification,
+    ) -> Result<Self> {
+        let mut table = reserved(1 << 16, "the volume's table")?;
+        table.extend((0..=u16::MAX).map(|code| Code::Hu.meaning(code, how)));
+        let mut materials = [MaterialStatistics::default(); MAX_MATERIALS];
+        for &voxel in &table {
+            materials[usize::from(voxel.label)].note(voxel);
+        }
+        let classes = Some(how.thresholds.materials().to_vec());
+        Ok(Self { grid, voxels: Voxels::Texture { table, texture }, materials, classes })
+    }
+
     /// Dimensions and place in the world.
     pub fn grid(&self) -> &Grid {
         &self.grid
@@ -72,7 +103,7 @@ impl Volume {
         self.classes.as_deref()
     }
 
-    /// The CT number behind a code of [`Voxels::Coded`].
+    /// The CT number behind a code of [`Voxels::Coded`] or [`Voxels::Texture`].
     pub(crate) fn hu_of(&self, code: u16) -> i32 {
         let how = if self.classes.is_some() { Code::Hu } else { Code::LabelAndHu };
         how.hu(code)

@@ -1,4 +1,7 @@
-//! How voxels are stored: two bytes each when HU are integers, five otherwise.
+//! How voxels are stored: two bytes each when HU are integers, five otherwise; or not here at all.
+
+use std::any::Any;
+use std::sync::Arc;
 
 /// Density and material of one voxel.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -27,16 +30,27 @@ pub enum Voxels {
         /// Material labels.
         label: Vec<u8>,
     },
+    /// Integer HU in a texture of a GPU, which the host does not read: any CT number may occur.
+    Texture {
+        /// Meaning of each code, as for `Coded` without labels.
+        table: Vec<Voxel>,
+        /// The texture, known to the engine whose GPU it is on.
+        texture: Arc<dyn Any + Send + Sync>,
+    },
 }
 
 impl Voxels {
     /// The voxel at a flat index.
+    ///
+    /// # Panics
+    /// When the voxels are in a texture.
     pub fn get(&self, index: usize) -> Voxel {
         match self {
             Self::Coded { codes, table } => table[usize::from(codes[index])],
             Self::Dense { density, label } => {
                 Voxel { density: f64::from(density[index]), label: label[index] }
             }
+            Self::Texture { .. } => unreachable!("engines that read voxels have refused the volume"),
         }
     }
 
@@ -45,6 +59,7 @@ impl Voxels {
         match self {
             Self::Coded { codes, table } => size_of_val(&codes[..]) + size_of_val(&table[..]),
             Self::Dense { density, label } => size_of_val(&density[..]) + size_of_val(&label[..]),
+            Self::Texture { table, .. } => size_of_val(&table[..]),
         }
     }
 }

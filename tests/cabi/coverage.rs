@@ -48,7 +48,7 @@ impl Declared {
         match self.ctype.as_str() {
             "size_t" => vec!["zero", "huge"],
             // The queue of an encoded projection, which engines of the CPU do not look at.
-            "void *" => Vec::new(),
+            "void *" if self.name == "queue" => Vec::new(),
             "double" => not_a_number.to_vec(),
             "DrrAlgorithm" => vec!["unknown"],
             "const char *" => vec!["NULL", "unknown", "not UTF-8"],
@@ -146,6 +146,11 @@ impl Header {
         }
         demanded
     }
+}
+
+/// The names of a header's functions.
+pub(super) fn functions(header: &str) -> impl Iterator<Item = String> {
+    Header::parse(header).functions.into_keys()
 }
 
 /// A function's name and parameters.

@@ -4,7 +4,9 @@
 //! What needs a tool that this machine lacks is listed as ignored, with the reason as its kind. With
 //! `DRR_REQUIRE_ALL_TOOLS=1` it fails instead.
 
+mod apple;
 mod coverage;
+mod kernel_text;
 #[path = "../support/needing.rs"]
 mod needing;
 mod nvrtc;
@@ -197,6 +199,9 @@ fn main() {
     trials.extend(headers());
     trials.extend(programs(&library));
     trials.extend(threaded_programs());
+    trials.extend(kernel_text::trials());
+    let linker = apple::Linker::find();
+    trials.push(needing("apple::library_links", linker, |linker| apple::library_links(&linker)));
     trials.extend(programs_on_a_gpu(&library));
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }

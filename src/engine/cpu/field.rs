@@ -88,6 +88,7 @@ impl<L: Lanes> Table<L> {
         match volume.voxels() {
             Voxels::Coded { table, .. } => Ok(Self::Code(per_code(table, lanes)?)),
             Voxels::Dense { .. } => Ok(Self::Density(per_label(lanes))),
+            Voxels::Texture { .. } => unreachable!("the plan refuses it"),
         }
     }
 
@@ -97,6 +98,7 @@ impl<L: Lanes> Table<L> {
         match volume.voxels() {
             Voxels::Coded { table, .. } => Ok(Self::Code(per_code(table, lanes)?)),
             Voxels::Dense { .. } => Ok(Self::Label(per_label(lanes))),
+            Voxels::Texture { .. } => unreachable!("the plan refuses it"),
         }
     }
 

@@ -14,10 +14,6 @@ pub(crate) enum Layout {
     /// Densities and labels in buffers.
     Dense,
     /// HU in the caller's texture.
-    #[cfg_attr(
-        not(target_vendor = "apple"),
-        expect(dead_code, reason = "textures of the caller's are Metal's")
-    )]
     Texture,
 }
 

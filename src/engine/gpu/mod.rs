@@ -17,4 +17,6 @@ pub(crate) use spectra::Spectra;
 pub(crate) use text::CUDA as CUDA_TEXT;
 #[cfg(feature = "host")]
 pub(crate) use text::HOST as HOST_TEXT;
+#[cfg(target_vendor = "apple")]
+pub(crate) use text::METAL as METAL_TEXT;
 pub(crate) use voxels::{DeviceVoxels, Slab};

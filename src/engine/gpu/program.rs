@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::engine::gpu::beam::{beam, common_axis};
+use crate::engine::gpu::spectra::WholeTables;
 use crate::engine::gpu::voxels::{Density, DeviceVoxels, FRAME};
 use crate::engine::gpu::wire::{Beam, Launch, columns};
 use crate::engine::gpu::{Definitions, Layout, Spectra};
@@ -19,6 +20,7 @@ pub(crate) struct Prepared {
     definitions: Definitions,
     launch: Launch,
     model: Arc<SpectralModel>,
+    whole_tables: WholeTables,
     bone: Option<u8>,
     /// Width and height, pixels.
     pub size: [usize; 2],
@@ -77,6 +79,7 @@ impl Prepared {
             definitions: Definitions::of(plan, materials, voxels, layout),
             launch,
             model: Arc::new(scene.spectral_model()?),
+            whole_tables: WholeTables::of(scene),
             bone: scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled),
             size: scene.detector,
             materials,
@@ -95,7 +98,11 @@ impl Prepared {
             .zip(&lines)
             .map(|(view, lines)| {
                 let mut beam = beam(lines, view.early_exit && may_stop);
-                spectra.set(view.spectral.as_ref().unwrap_or(&self.model), &mut beam);
+                if view.lut_addresses == [0, 0] {
+                    spectra.set(view.spectral.as_ref().unwrap_or(&self.model), &mut beam);
+                } else {
+                    spectra.make_room(&self.whole_tables, &mut beam);
+                }
                 beam
             })
             .collect();

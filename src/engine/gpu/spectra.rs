@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::engine::gpu::wire::Beam;
 use crate::physics::SpectralModel;
+use crate::scene::Scene;
 
 /// Energies of which a table holds a multiple, `DRR_ENERGIES_TOGETHER` in `shaders/spectrum.h`: the last ones have no
 /// weight and the attenuation of the last that has.
@@ -20,6 +21,29 @@ pub(crate) struct Spectra {
     pub weights: Vec<f32>,
     /// Mass attenuation by material and energy, cm²/g.
     pub attenuation: Vec<f32>,
+}
+
+/// A scene's tables with all energies, also those without weight, and the weights as they are given: what the tables that
+/// a view has in the device's memory replace. Every row is padded with zeros to whole groups.
+#[derive(Debug)]
+pub(super) struct WholeTables {
+    energies: usize,
+    weights: Vec<f32>,
+    attenuation: Vec<f32>,
+}
+
+impl WholeTables {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let energies = scene.spectrum.grid().count();
+        let padded = |row: &[f64]| {
+            let mut padded: Vec<f32> = row.iter().map(|&value| value as f32).collect();
+            padded.resize(energies.next_multiple_of(TOGETHER), 0.0);
+            padded
+        };
+        let rows = (0..scene.materials.names().len()).map(|m| padded(scene.materials.coefficients(m)));
+        let attenuation = rows.flatten().collect();
+        Self { energies, weights: padded(scene.spectrum.weights()), attenuation }
+    }
 }
 
 /// Where a model's tables begin.
@@ -43,6 +67,16 @@ impl Spectra {
         for m in 0..model.materials() {
             beam.least_attenuation[m] = model.least_attenuation(m) as f32;
         }
+    }
+
+    /// Makes room for the tables that a view has in the device's memory, where `shaders/tables.h` prepares them.
+    pub(super) fn make_room(&mut self, tables: &WholeTables, beam: &mut Beam) {
+        beam.bins = tables.energies as u32;
+        beam.first_weight = self.weights.len() as u32;
+        beam.first_attenuation = self.attenuation.len() as u32;
+        // Twice: logarithms follow.
+        self.weights.extend(tables.weights.iter().chain(&tables.weights));
+        self.attenuation.extend(&tables.attenuation);
     }
 
     fn place(&mut self, model: &Arc<SpectralModel>) -> Place {

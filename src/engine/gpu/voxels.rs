@@ -38,6 +38,7 @@ pub(crate) enum Density {
 pub(crate) struct DeviceVoxels {
     dimensions: [usize; 3],
     stored: Stored,
+    layout: Layout,
     /// Whether all voxels have the same label.
     pub one_label: bool,
 }
@@ -60,7 +61,7 @@ impl DeviceVoxels {
             return Err(Error::Unsupported(text));
         }
         let stored = match volume.voxels() {
-            Voxels::Coded { table, .. } => {
+            Voxels::Coded { table, .. } | Voxels::Texture { table, .. } => {
                 let values = Values::of(volume, table);
                 Stored::Coded {
                     density: values.density(),
@@ -70,8 +71,13 @@ impl DeviceVoxels {
             }
             Voxels::Dense { .. } => Stored::Dense,
         };
+        let layout = match volume.voxels() {
+            Voxels::Coded { .. } => Layout::Coded,
+            Voxels::Dense { .. } => Layout::Dense,
+            Voxels::Texture { .. } => Layout::Texture,
+        };
         let one_label = volume.materials().iter().filter(|material| material.labelled).count() == 1;
-        Ok(Self { dimensions, stored, one_label })
+        Ok(Self { dimensions, stored, layout, one_label })
     }
 
     /// How codes become densities; `None` when densities are stored.
@@ -84,10 +90,7 @@ impl DeviceVoxels {
 
     /// Where they are to be.
     pub(crate) fn layout(&self) -> Layout {
-        match self.stored {
-            Stored::Coded { .. } => Layout::Coded,
-            Stored::Dense => Layout::Dense,
-        }
+        self.layout
     }
 
     /// The table of densities; empty when the kernel needs none.
@@ -98,12 +101,22 @@ impl DeviceVoxels {
         }
     }
 
-    /// The device's code of each of the volume's, which are HU themselves when the volume was made without labels.
-    pub(crate) fn codes(&self) -> &[u16] {
+    /// The device's code of each of the volume's; none when densities are stored.
+    fn codes(&self) -> &[u16] {
         match &self.stored {
             Stored::Coded { code, .. } => code,
             Stored::Dense => &[],
         }
+    }
+
+    /// The device's code of each HU of a texture, by the HU's bits. The volume's codes are HU in ascending order.
+    #[cfg_attr(
+        not(any(test, target_vendor = "apple")),
+        expect(dead_code, reason = "textures of the caller's are Metal's")
+    )]
+    pub(crate) fn codes_of_hu(&self) -> Vec<u16> {
+        let (negative, others) = self.codes().split_at(self.codes().len() / 2);
+        [others, negative].concat()
     }
 
     /// How codes of one label stand in for densities. Below the kink the stand-in counts from vacuum and above it from
@@ -137,13 +150,14 @@ impl DeviceVoxels {
         }
     }
 
-    /// Where `volume` holds anything, by brick; see [`occupancy`].
+    /// Where `volume` holds anything, by brick; see [`occupancy`]. Nothing is said of a texture.
     pub(crate) fn occupancy(&self, volume: &Volume) -> Result<Vec<u8>> {
         match (volume.voxels(), &self.stored) {
             (Voxels::Coded { codes, .. }, Stored::Coded { code, .. }) => {
                 occupancy(self.dimensions, |index| code[usize::from(codes[index])] >> 3 != 0)
             }
             (Voxels::Dense { density, .. }, _) => occupancy(self.dimensions, |index| density[index] > 0.0),
+            (Voxels::Texture { .. }, _) => Ok(Vec::new()),
             (Voxels::Coded { .. }, Stored::Dense) => unreachable!("made for this volume"),
         }
     }
@@ -158,7 +172,8 @@ impl DeviceVoxels {
         self.dimensions.map(|n| n + 2 * FRAME)
     }
 
-    /// Calls `take` with slices of the framed volume, several at a time: codes, or densities and labels.
+    /// Calls `take` with slices of the framed volume, several at a time: codes, or densities and labels. What is in a
+    /// texture stays there.
     pub(crate) fn slabs(
         &self,
         volume: &Volume,
@@ -188,6 +203,7 @@ impl DeviceVoxels {
                     take(first * slice, Slab::Dense(&densities[..count], &labels[..count]))?;
                 }
             }
+            (Voxels::Texture { .. }, _) => {}
             (Voxels::Coded { .. }, Stored::Dense) => unreachable!("made for this volume"),
         }
         Ok(())

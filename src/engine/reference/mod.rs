@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use crate::allocation::reserved;
 use crate::engine::images::PixelValue;
-use crate::engine::{Engine, Images, Job, ViewJob};
+use crate::engine::{Backend, Engine, Images, Job, ViewJob};
 use crate::error::Result;
 use crate::physics::{MAX_MATERIALS, SpectralModel};
 use crate::raycast::{Ray, Span};
@@ -41,9 +41,10 @@ impl Reference {
     /// Ready to project `volume` as `scene` says, but with the given algorithm.
     ///
     /// # Errors
-    /// `InvalidArgument` when the algorithm's parameters are out of range.
+    /// `InvalidArgument` when the algorithm's parameters are out of range; `Unsupported` for voxels in a texture.
     pub fn new(volume: Arc<Volume>, scene: &Scene, algorithm: Algorithm) -> Result<Self> {
         algorithm.validate()?;
+        Backend::Reference.check_reads(&volume)?;
         Ok(Self {
             volume,
             algorithm,

@@ -164,5 +164,6 @@ fn read_pass(volume: &Volume) -> u64 {
             density.par_chunks(PIECE).map(bits).sum::<u64>()
                 + label.par_chunks(PIECE).map(labels).sum::<u64>()
         }
+        Voxels::Texture { .. } => unreachable!("no command reads a texture"),
     }
 }

@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::*;
@@ -30,7 +32,7 @@ fn launch(volume: &Volume, voxels: &DeviceVoxels, materials: &[&str]) -> Launch 
     let scene = Scene::new([1, 1]).expect("valid");
     let materials = MassAttenuation::named(materials, *scene.spectrum.grid()).expect("tabulated");
     let scene = Scene { materials, bone: None, ..scene };
-    let plan = Plan::new(&scene, volume, Backend::Cpu).expect("valid");
+    let plan = Plan::new(&scene, volume, Backend::Metal).expect("valid");
     let prepared = Prepared::new(volume, voxels, voxels.layout(), &scene, &plan).expect("memory");
     prepared.views(&[], Layers::ALL).launch
 }
@@ -84,6 +86,25 @@ fn codes_decode_to_the_volumes_densities_and_labels() {
         let eight = ["air", "lung", "soft_tissue", "bone_cortical", "adipose", "muscle", "blood", "titanium"];
         let how = classification(calibration, Thresholds::DEFAULT);
         decodes(calibration, &every_hu(&how, |i| Some((i * 5 % 8) as u8)), &eight);
+    }
+}
+
+#[test]
+fn every_hu_of_a_texture_has_the_code_of_its_density_and_label() {
+    for calibration in Calibration::names() {
+        let how = classification(calibration, Thresholds::DEFAULT);
+        let names: Vec<&str> = how.thresholds.materials().iter().map(String::as_str).collect();
+        let grid = Grid::centred([2, 3, 4], DVec3::ONE).expect("valid");
+        let volume = Volume::from_texture(grid, Arc::new(()), &how).expect("memory");
+        let voxels = DeviceVoxels::new(&volume).expect("not many");
+        assert_eq!(voxels.layout(), Layout::Texture);
+        let (launch, codes) = (launch(&volume, &voxels, &names), voxels.codes_of_hu());
+        for hu in i16::MIN..=i16::MAX {
+            let (code, exact) = (codes[usize::from(hu.cast_unsigned())], how.voxel(hu.into(), None));
+            assert_eq!(code & 7, u16::from(exact.label), "{calibration}, {hu} HU");
+            let error = (f64::from(density(&launch, &voxels, code)) - exact.density).abs();
+            assert!(error <= ROUNDINGS * exact.density, "{calibration}, {hu} HU: off by {error:e}");
+        }
     }
 }
 

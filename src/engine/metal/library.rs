@@ -1,0 +1,83 @@
+//! Kernels: the text with its definitions, compiled by Metal.
+
+use std::time::Instant;
+
+use objc2::rc::Retained;
+use objc2::runtime::{NSObject, ProtocolObject};
+use objc2::{ClassType, available};
+use objc2_foundation::{NSDictionary, NSString, ns_string};
+use objc2_metal::{
+    MTLCompileOptions, MTLComputePipelineState, MTLDevice, MTLLanguageVersion, MTLLibrary, MTLMathMode,
+};
+
+use crate::engine::gpu::{Definitions, METAL_TEXT};
+use crate::engine::metal::failure::{none, refused};
+use crate::engine::metal::outputs::ImageKind;
+use crate::error::Result;
+
+/// What is compiled.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(super) struct Variant {
+    pub definitions: Definitions,
+    pub image: Option<ImageKind>,
+}
+
+/// The kernels of one variant.
+pub(super) struct Kernels {
+    /// For a thread per pixel and view.
+    pub project: Retained<ProtocolObject<dyn MTLComputePipelineState>>,
+    /// For a thread per view: makes its own tables ready.
+    pub prepare_tables: Retained<ProtocolObject<dyn MTLComputePipelineState>>,
+    /// Seconds that it took to compile them.
+    pub compile_seconds: f64,
+}
+
+impl Kernels {
+    /// Compiles them, which takes a second or so; Metal remembers what it has compiled.
+    ///
+    /// # Errors
+    /// `Unsupported`, with the compiler's words.
+    pub(super) fn compiled(device: &ProtocolObject<dyn MTLDevice>, variant: &Variant) -> Result<Self> {
+        let start = Instant::now();
+        let source = NSString::from_str(METAL_TEXT);
+        let library = device
+            .newLibraryWithSource_options_error(&source, Some(&options(variant)))
+            .map_err(|error| refused("the kernels do not compile", &error))?;
+        let pipeline = |name: &NSString| {
+            let function = library.newFunctionWithName(name).ok_or_else(none("kernel of that name"))?;
+            device
+                .newComputePipelineStateWithFunction_error(&function)
+                .map_err(|error| refused("the kernels cannot be loaded", &error))
+        };
+        Ok(Self {
+            project: pipeline(ns_string!("projectPolyenergeticDRR"))?,
+            prepare_tables: pipeline(ns_string!("prepareViewTables"))?,
+            compile_seconds: start.elapsed().as_secs_f64(),
+        })
+    }
+}
+
+fn options(variant: &Variant) -> Retained<MTLCompileOptions> {
+    let options = MTLCompileOptions::new();
+    options.setLanguageVersion(MTLLanguageVersion::Version3_0);
+    // Sums of twofold numbers are what fast math would simplify away.
+    if available!(macos = 15.0, ios = 18.0, tvos = 18.0, visionos = 2.0, ..) {
+        options.setMathMode(MTLMathMode::Safe);
+    } else {
+        #[expect(deprecated, reason = "mathMode is newer than the oldest macOS that is supported")]
+        options.setFastMathEnabled(false);
+    }
+    let image = variant.image.map(|image| ("DRR_IMAGE_TEXTURE", image as u32));
+    let (names, values): (Vec<_>, Vec<_>) = variant
+        .definitions
+        .iter()
+        .chain(image)
+        .map(|(name, value)| (NSString::from_str(name), NSString::from_str(&value.to_string())))
+        .unzip();
+    let names: Vec<&NSString> = names.iter().map(|name| &**name).collect();
+    let values: Vec<&NSObject> = values.iter().map(|value| value.as_super()).collect();
+    let macros = NSDictionary::from_slices(&names, &values);
+    // SAFETY: names and values are strings, which preprocessor macros may be.
+    unsafe { options.setPreprocessorMacros(Some(&macros)) };
+    options
+}
