@@ -91,19 +91,20 @@ struct KernelSpectra {
     attenuation: sys::CUdeviceptr,
 }
 
-/// Beams and tables in one block of bytes, and where the tables begin.
+/// Tables and beams in one block of bytes, and where attenuation and beams begin: weights come first, so that both tables
+/// are aligned as the kernel reads them, by fours.
 fn packed(views: &Views) -> (Vec<u8>, [usize; 2]) {
     let floats = |values: &[f32]| values.iter().flat_map(|x| x.to_ne_bytes()).collect::<Vec<_>>();
     // SAFETY: plain numbers without padding (`wire.rs` asserts the size), read as bytes.
     let beams = unsafe {
         std::slice::from_raw_parts(views.beams.as_ptr().cast::<u8>(), size_of::<Beam>() * views.beams.len())
     };
-    let mut bytes = beams.to_vec();
-    let weight = bytes.len();
-    bytes.extend(floats(&views.spectra.weights));
+    let mut bytes = floats(&views.spectra.weights);
     let attenuation = bytes.len();
     bytes.extend(floats(&views.spectra.attenuation));
-    (bytes, [weight, attenuation])
+    let first_beam = bytes.len();
+    bytes.extend(beams);
+    (bytes, [attenuation, first_beam])
 }
 
 /// A stream that is waited for, and the moments before and after the kernel; or one of the caller's.
@@ -127,7 +128,7 @@ impl Cuda {
         queue: &Queue<'_>,
     ) -> Result<()> {
         let pixels = self.prepared.size[0] * self.prepared.size[1] * views.beams.len();
-        let (bytes, [weight, attenuation]) = packed(views);
+        let (bytes, [attenuation, first_beam]) = packed(views);
         let lent = self.device.lend("a launch's views", bytes.len(), queue.stream, queue.current)?;
         // SAFETY: lent for as many bytes. Of memory that is not page-locked the driver takes a copy during the call.
         checked("a launch's views", unsafe {
@@ -141,12 +142,10 @@ impl Cuda {
             })?;
         }
         let mut launch = views.launch;
-        let mut beams = lent.address;
+        let mut beams = lent.address + first_beam as u64;
         let mut voxels = self.volume.parameter();
-        let mut spectra = KernelSpectra {
-            weight: lent.address + weight as u64,
-            attenuation: lent.address + attenuation as u64,
-        };
+        let mut spectra =
+            KernelSpectra { weight: lent.address, attenuation: lent.address + attenuation as u64 };
         let mut places = places;
         let mut parameters: [*mut c_void; 5] = [
             (&raw mut launch).cast(),
