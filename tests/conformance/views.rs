@@ -58,8 +58,7 @@ pub(super) fn of_several_tubes(grid: &Grid, scene: &Scene, size: [usize; 2]) -> 
     let tubes = [None, Some(soft.clone()), Some(hard), Some(soft)];
     let arm = |angle| DetectorPose::c_arm(grid.centre(), angle, 1000.0, 1500.0, 8.0, size);
     let views = tubes.into_iter().zip([-6.0, 6.0, 84.0, 0.0]);
-    let request =
-        |(spectral, angle)| ViewRequest { view: View::Pose(arm(angle)), early_exit: false, spectral };
+    let request = |(spectral, angle)| ViewRequest { spectral, ..View::Pose(arm(angle)).into() };
     views.map(request).collect()
 }
 
@@ -93,7 +92,7 @@ fn with_early_exit(backend: Backend) {
             assert!(stopped.intensity != whole.intensity, "{algorithm:?}: no ray stops");
             assert!(stopped.bone_path == whole.bone_path, "{algorithm:?}: the bone path shows it");
             // A view that may not stop, beside one that may.
-            let pair = [true, false].map(|early_exit| ViewRequest { view, early_exit, spectral: None });
+            let pair = [true, false].map(|early_exit| ViewRequest { early_exit, ..view.into() });
             let pair = projector.project(&pair, layers, SILENT).expect("projects");
             let parts = [&stopped.intensity[..], &whole.intensity].concat();
             assert!(pair.intensity == parts, "{algorithm:?}: another view's early exit shows");
@@ -108,7 +107,7 @@ fn with_early_exit(backend: Backend) {
 
 fn with_and_without(projector: &Projector, view: View, layers: Layers) -> [Images<f32>; 2] {
     [true, false].map(|early_exit| {
-        let view = ViewRequest { view, early_exit, spectral: None };
+        let view = ViewRequest { early_exit, ..view.into() };
         projector.project(&[view], layers, SILENT).expect("projects")
     })
 }

@@ -50,7 +50,7 @@ impl Host {
         voxels.slabs(volume, |first, slab| {
             match (&mut stored, slab) {
                 (Stored::Coded(all), Slab::Coded(codes)) => {
-                    all[first..first + codes.len()].copy_from_slice(codes)
+                    all[first..first + codes.len()].copy_from_slice(codes);
                 }
                 (Stored::Dense(densities, labels), Slab::Dense(density, label)) => {
                     densities[first..first + density.len()].copy_from_slice(density);
@@ -110,7 +110,7 @@ impl Call<'_> {
         };
         // SAFETY: the arrays are as long as the launch says, and outlive the call; a row is written by one call only.
         unsafe {
-            self.program.project_row(self.views, &voxels, &spectra, &self.images, view as u32, row as u32)
+            self.program.project_row(self.views, &voxels, &spectra, &self.images, view as u32, row as u32);
         }
     }
 }

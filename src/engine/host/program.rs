@@ -112,7 +112,7 @@ impl Program {
     ) {
         // SAFETY: by the caller's promise; the kernel was compiled for these views' definitions.
         unsafe {
-            (self.project)(&raw const views.launch, views.beams.as_ptr(), voxels, spectra, images, view, row)
+            (self.project)(&raw const views.launch, views.beams.as_ptr(), voxels, spectra, images, view, row);
         }
     }
 }

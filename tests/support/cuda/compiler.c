@@ -14,7 +14,7 @@ typedef struct {
 
 /* What NVRTC knows without being told, for one thread of the host; and the entry point by its parameters' addresses. */
 static const char before[] = "#define __global__\n"
-                             "#define __launch_bounds__(threads)\n"
+                             "#define __launch_bounds__(...)\n"
                              "#define __grid_constant__\n"
                              "struct StandInPlace { unsigned x, y, z; };\n"
                              "static thread_local StandInPlace blockIdx, threadIdx, blockDim;\n";

@@ -33,44 +33,43 @@ pub(crate) struct Bounds {
 
 impl Bounds {
     pub(crate) fn new(backend: Backend, set: &Set, view: usize) -> Self {
-        let grid = set.volume.grid();
-        let request = &set.views[view];
-        let density = set.volume.materials().map(|material| material.max_density);
-        let materials = set.scene.materials.names().len();
-        let steepest = |m| set.scene.materials.coefficients(m).iter().copied().fold(0.0, f64::max);
-        match backend {
-            Backend::Reference => {
-                let unit = f64::EPSILON / 2.0;
-                Self {
-                    relative: 1e-13,
-                    shift_mm: 8.0 * unit * reach(grid, &request.view),
-                    unit,
-                    line_integral: [1e-13, 1e-14],
-                    intensity: 0.0,
-                    density,
-                    attenuation: std::array::from_fn(|m| if m < materials { steepest(m) } else { 0.0 }),
-                }
-            }
-            _ => {
-                let unit = f64::from(f32::EPSILON) / 2.0;
-                let whole = set.layers.line_integral || set.layers.areal_density;
-                let stopped = if request.early_exit && !whole {
-                    (-15.0_f64).exp() * set.scene.spectrum.total()
-                } else {
-                    0.0
-                };
-                Self {
-                    relative: 1e-6,
-                    shift_mm: 8.0 * unit * half_diagonal(grid),
-                    unit,
-                    line_integral: [2e-6, 1e-6],
-                    // Below the smallest normal number float32 loses digits; GPUs may not have such numbers.
-                    intensity: stopped
-                        + f64::from(f32::MIN_POSITIVE) * if backend == Backend::Cpu { unit } else { 1.0 },
-                    density,
-                    attenuation: [0.0; MAX_MATERIALS],
-                }
-            }
+        if backend == Backend::Reference {
+            Self::float64(set, view)
+        } else {
+            Self::float32(backend, set, view)
+        }
+    }
+
+    fn float64(set: &Set, view: usize) -> Self {
+        let unit = f64::EPSILON / 2.0;
+        let materials = &set.scene.materials;
+        let steepest = |m| materials.coefficients(m).iter().copied().fold(0.0, f64::max);
+        Self {
+            relative: 1e-13,
+            shift_mm: 8.0 * unit * reach(set.volume.grid(), &set.views[view].view),
+            unit,
+            line_integral: [1e-13, 1e-14],
+            intensity: 0.0,
+            density: densities(set),
+            attenuation: std::array::from_fn(|m| if m < materials.names().len() { steepest(m) } else { 0.0 }),
+        }
+    }
+
+    fn float32(backend: Backend, set: &Set, view: usize) -> Self {
+        let unit = f64::from(f32::EPSILON) / 2.0;
+        let whole = set.layers.line_integral || set.layers.areal_density;
+        let stops = set.views[view].early_exit && !whole;
+        let stopped = if stops { (-15.0_f64).exp() * set.scene.spectrum.total() } else { 0.0 };
+        // Below the smallest normal number float32 loses digits; GPUs may not have such numbers.
+        let lost = if backend == Backend::Cpu { unit } else { 1.0 };
+        Self {
+            relative: 1e-6,
+            shift_mm: 8.0 * unit * half_diagonal(set.volume.grid()),
+            unit,
+            line_integral: [2e-6, 1e-6],
+            intensity: stopped + f64::from(f32::MIN_POSITIVE) * lost,
+            density: densities(set),
+            attenuation: [0.0; MAX_MATERIALS],
         }
     }
 
@@ -101,6 +100,11 @@ impl Bounds {
         see("intensity", layers.intensity, of_intensity, &|values| values.intensity);
         worst
     }
+}
+
+/// Largest density by label, g/cm³.
+fn densities(set: &Set) -> [f64; MAX_MATERIALS] {
+    set.volume.materials().map(|material| material.max_density)
 }
 
 /// Half the longest diagonal of the volume's box, mm.
