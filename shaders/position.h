@@ -14,13 +14,13 @@ typedef DrrLong DrrPosition;
 
 #define DRR_ONE_VOXEL 4294967296.0f
 
-// x to the nearest 2^-32, and what is left, in 2^-32.
+// x to the nearest 2^-32, and what is left, in 2^-32. Not by way of its floor:
+// from a small negative number it takes digits.
 DRR_FUNCTION DrrPosition drr_split(DrrTwofold x, DRR_THREAD float &rest) {
-    const float whole = drr_floor(x.high);
-    const float high = (x.high - whole) * DRR_ONE_VOXEL, low = x.low * DRR_ONE_VOXEL;
+    const float high = x.high * DRR_ONE_VOXEL, low = x.low * DRR_ONE_VOXEL;
     const float of_high = drr_rint(high), of_low = drr_rint(low);
     rest = (high - of_high) + (low - of_low);
-    return (DrrLong)whole * ((DrrLong)1 << 32) + (DrrLong)of_high + (DrrLong)of_low;
+    return (DrrLong)of_high + (DrrLong)of_low;
 }
 
 DRR_FUNCTION DrrPosition drr_position(DrrTwofold x) {

@@ -19,7 +19,9 @@ DRR_FUNCTION DrrCrossing drr_crossing(DrrPosition x, DrrPosition x_end, float sl
     DrrCrossing crossing;
     crossing.first = drr_voxel(x);
     crossing.last = drr_voxel(x_end);
-    const float way = slope > 0.0f ? 1.0f - drr_fraction(x) : drr_fraction(x);
+    // All 32 bits: where the slope is small, so is the way, and an error of it is large along the ray.
+    const uint beyond = slope > 0.0f ? ~(uint)x : (uint)x;
+    const float way = (float)beyond / DRR_ONE_VOXEL;
     crossing.at = crossing.first == crossing.last ? length : drr_min(way / drr_abs(slope), length);
     return crossing;
 }

@@ -15,6 +15,7 @@
 struct DrrSpecification {
     DrrSums sums; // only for the length of a cell
     const DRR_DEVICE float *attenuation;
+    uint bins; // energies with weight; what the others come to is not used
     float depth[DRR_SPECIFICATION_ENERGIES];
 
     DRR_METHOD void begin(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrSteps &, DRR_THREAD DrrCourses &, int) {}
@@ -25,6 +26,7 @@ struct DrrSpecification {
 
     DRR_METHOD void start(DRR_CONSTANT DrrBeam &beam, DRR_THREAD const DrrSpectra &spectra) {
         attenuation = spectra.attenuation + beam.first_attenuation;
+        bins = beam.bins;
         DRR_UNROLL
         for (uint k = 0; k < DRR_SPECIFICATION_ENERGIES; k++) depth[k] = 0.0f;
     }
@@ -38,9 +40,9 @@ struct DrrSpecification {
         const DrrVoxel lower = square.u < 0.5f ? square.corner[0] : square.corner[1];
         const DrrVoxel upper = square.u < 0.5f ? square.corner[2] : square.corner[3];
         const uint material = drr_label(square.v < 0.5f ? lower : upper);
-        const DRR_DEVICE float *const row = attenuation + material * DRR_SPECIFICATION_ENERGIES;
+        const DRR_DEVICE float *const row = attenuation + material * bins;
         DRR_UNROLL
-        for (uint k = 0; k < DRR_SPECIFICATION_ENERGIES; k++) depth[k] = drr_fma(density, row[k], depth[k]);
+        for (uint k = 0; k < DRR_SPECIFICATION_ENERGIES; k++) depth[k] = drr_fma(density, row[k < bins ? k : 0], depth[k]);
     }
 
     DRR_METHOD void part(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD const DrrRay &ray,
@@ -63,7 +65,7 @@ struct DrrSpecification {
         float sum = 0.0f;
         DRR_UNROLL
         for (uint k = 0; k < DRR_SPECIFICATION_ENERGIES; k++) {
-            sum = drr_fma(weight[k], drr_exp_minus(cm * depth[k]), sum);
+            if (k < bins) sum = drr_fma(weight[k], drr_exp_minus(cm * depth[k]), sum);
         }
         return beam.i0 * sum;
     }

@@ -157,7 +157,7 @@ DRR_FUNCTION uint drr_label(DrrVoxel voxel) { return voxel & 7; }
 // 0 for vacuum with this label; the bits of DRR_UNLIKE are 0 for any voxel with this label.
 DRR_FUNCTION uint drr_unlike(DrrVoxel voxel, uint label) {
 #if DRR_VOXELS == DRR_VOXELS_DENSE
-    return (voxel.label ^ label) | (drr_bits_of_float(voxel.density) << 3);
+    return (voxel.label ^ label) | (voxel.density != 0.0f ? 8u : 0u);
 #else
     return voxel ^ label;
 #endif

@@ -228,6 +228,16 @@ impl Projector {
         self.engine.timings()
     }
 
+    /// Seconds of the kernel that has the specification's own inner loop, one accumulator per energy along the ray, for
+    /// at most eight views: what areal densities save. `None` for engines without it.
+    ///
+    /// # Errors
+    /// As [`Projector::project`].
+    pub fn specification_loop(&self, views: &[ViewRequest]) -> Result<Option<f64>> {
+        let layers = Layers { intensity: true, ..Layers::default() };
+        self.engine.specification_loop(&self.jobs(views, layers)?)
+    }
+
     /// Bytes per second, read and written, of one copy between two buffers of the device as large as the volume's;
     /// `None` for engines of the CPU.
     ///

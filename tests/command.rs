@@ -353,7 +353,7 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
     std::fs::write(folder.path().join("half.csv"), "energy_keV,weight\n60.5,1\n").expect("written");
     std::fs::write(folder.path().join("alike.csv"), "energy_keV,a b,a_b\n60,0.2,0.2\n").expect("written");
     let ct = ["--ct", "ct.raw", "--dims", "24,20,18", "--spacing", "2,2,2"];
-    let cases: [(&str, Vec<&str>); 29] = [
+    let cases: [(&str, Vec<&str>); 30] = [
         ("--size", vec!["project", "--size", "0x5"]),
         ("--size", vec!["project", "--size", "large"]),
         ("--ct", vec!["project", "--ct", "missing.nii"]),

@@ -136,6 +136,16 @@ pub trait Engine: Send + Sync {
         None
     }
 
+    /// Seconds of the kernel that has the specification's own inner loop, one accumulator per energy along the ray, for
+    /// these views, by the device's clock: what areal densities save. `None` for engines without it.
+    ///
+    /// # Errors
+    /// As [`Engine::project`].
+    fn specification_loop(&self, views: &[ViewJob]) -> Result<Option<f64>> {
+        let _ = views;
+        Ok(None)
+    }
+
     /// Bytes per second, read and written, of one copy between two buffers of the device as large as the volume's,
     /// by the device's clock; `None` for engines of the CPU.
     ///

@@ -13,8 +13,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 pub(crate) use device::Device;
 
-use crate::engine::gpu::Prepared;
-use crate::engine::{Backend, DeviceOutputs, Engine, Images, Job, Timings, ViewJob};
+use crate::engine::gpu::{Prepared, Views};
+use crate::engine::{Backend, DeviceOutputs, Engine, Images, Job, Layers, Timings, ViewJob};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 use crate::scene::Scene;
@@ -77,29 +77,27 @@ impl Cuda {
         self.block[0] * self.block[1]
     }
 
-    /// Projects the views from `first` on that one launch takes; seconds of the kernel.
+    /// Projects the views of one launch into the images of views `first …`; seconds of the kernel.
     fn launch(
         &self,
-        job: &Job<'_>,
+        views: &Views,
+        layers: Layers,
         first: usize,
         images: &mut Images<f32>,
-        stream: &Stream<'_>,
-        current: &Current,
+        (stream, current): (&Stream<'_>, &Current),
     ) -> Result<f64> {
-        let last = (first + self.views_at_once).min(job.views.len());
-        let views = self.prepared.views(&job.views[first..last], job.layers);
         let program = self.device.program(&views.definitions, self.threads(), current)?;
-        let pixels = self.pixels() * (last - first);
+        let pixels = self.pixels() * views.beams.len();
         let materials = self.prepared.materials;
-        let (_, bytes) = Places::packed(0, pixels, materials, job.layers);
+        let (_, bytes) = Places::packed(0, pixels, materials, layers);
         let lent = self.device.lend("the images", bytes, stream.raw, current)?;
-        let (places, _) = Places::packed(lent.address, pixels, materials, job.layers);
+        let (places, _) = Places::packed(lent.address, pixels, materials, layers);
         let [start, end] = [Event::new(current)?, Event::new(current)?];
         let queue = Queue { stream: stream.raw, current, clock: Some((stream, [&start, &end])) };
         // SAFETY: the places are in memory that is lent until after the stream is waited for, which is also when the
         // images are complete; a failure in between waits as well.
         let enqueued = unsafe {
-            self.enqueue(&views, job.layers, &program, places, &queue)
+            self.enqueue(views, layers, &program, places, &queue)
                 .and_then(|()| places.copy_back(images, first, pixels, stream))
         };
         enqueued.and(stream.finish("the kernel"))?;
@@ -117,10 +115,10 @@ impl Engine for Cuda {
         let current = self.device.current()?;
         let stream = Stream::new(&current)?;
         let mut kernel_seconds = 0.0;
-        for first in (0..job.views.len()).step_by(self.views_at_once) {
-            kernel_seconds += self.launch(job, first, &mut images, &stream, &current)?;
-            let views = self.views_at_once.min(job.views.len() - first);
-            job.progress.finished(views * self.pixels() * self.prepared.rays_per_pixel)?;
+        for (n, some) in job.views.chunks(self.views_at_once).enumerate() {
+            let (views, first) = (self.prepared.views(some, job.layers), n * self.views_at_once);
+            kernel_seconds += self.launch(&views, job.layers, first, &mut images, (&stream, &current))?;
+            job.progress.finished(some.len() * self.pixels() * self.prepared.rays_per_pixel)?;
         }
         self.timings.lock().unwrap_or_else(PoisonError::into_inner).kernel_seconds = kernel_seconds;
         Ok(images)
@@ -159,6 +157,17 @@ impl Engine for Cuda {
 
     fn timings(&self) -> Option<Timings> {
         Some(*self.timings.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn specification_loop(&self, views: &[ViewJob]) -> Result<Option<f64>> {
+        let layers = Layers { intensity: true, ..Layers::default() };
+        let mut views = self.prepared.views(&views[..self.views_at_once.min(views.len())], layers);
+        views.definitions = views.definitions.with_specification_loop();
+        let (size, materials) = (self.prepared.size, self.prepared.materials);
+        let mut images = Images::zeroed(size, views.beams.len(), materials, layers)?;
+        let current = self.device.current()?;
+        let stream = Stream::new(&current)?;
+        self.launch(&views, layers, 0, &mut images, (&stream, &current)).map(Some)
     }
 
     fn copy_bandwidth(&self) -> Result<Option<f64>> {

@@ -83,6 +83,13 @@ impl Definitions {
         Self(all)
     }
 
+    /// And with the specification's own loop.
+    pub(crate) fn with_specification_loop(&self) -> Self {
+        let mut all = self.0.clone();
+        all.push(("DRR_SPECIFICATION_LOOP", 1));
+        Self(all)
+    }
+
     /// Names and values.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&'static str, u32)> {
         self.0.iter().copied()
@@ -120,7 +127,9 @@ impl Definitions {
                 all.push(Specialisation { layers, bone, early_exit, axis: Some(1), ..plain });
             }
         }
-        all.into_iter().map(Specialisation::definitions).collect()
+        let mut all: Vec<_> = all.into_iter().map(Specialisation::definitions).collect();
+        all.push(all[0].with_specification_loop());
+        all
     }
 }
 

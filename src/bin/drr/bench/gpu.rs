@@ -6,6 +6,7 @@ use drr::{Context, Projector};
 use serde_json::json;
 
 use crate::bench::times::Times;
+use crate::bench::variants::Variants;
 use crate::console::Console;
 use crate::value::{prefixed, seconds};
 
@@ -19,6 +20,7 @@ pub(super) struct Gpu {
     /// One read of the volume at the speed of the copies.
     floor: Times,
     copy: Times,
+    pub(super) variants: Option<Variants>,
 }
 
 impl Gpu {
@@ -26,7 +28,7 @@ impl Gpu {
     pub(super) fn of(projector: &Projector) -> Option<Self> {
         let timings = projector.timings()?;
         let [kernel, floor, copy] = ["kernel", "floor", "copy"].map(Times::new);
-        Some(Self { timings, kernel, floor, copy })
+        Some(Self { timings, kernel, floor, copy, variants: None })
     }
 
     /// Notes the projection that has just ended, and copies as many bytes as the volume has.
@@ -67,6 +69,7 @@ impl Gpu {
             "floor_seconds": self.floor.median(),
             "ratio_to_floor": self.ratio(),
             "samples_per_second": samples / self.kernel.median(),
+            "variants": self.variants.as_ref().map(Variants::to_json),
         })
     }
 
@@ -91,5 +94,8 @@ impl Gpu {
             prefixed(self.bandwidth()),
             self.ratio(),
         ));
+        if let Some(variants) = &self.variants {
+            variants.say(self.floor.median(), console);
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 mod gpu;
 mod times;
+mod variants;
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -16,6 +17,7 @@ use serde_json::json;
 
 use crate::bench::gpu::Gpu;
 use crate::bench::times::Times;
+use crate::bench::variants::Variants;
 use crate::console::Console;
 use crate::effort::Effort;
 use crate::inputs::{Inputs, Setup};
@@ -81,6 +83,9 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         bar.inc(1);
     }
     bar.finish_and_clear();
+    if let Some(gpu) = &mut gpu {
+        gpu.variants = Some(Variants::measure(&setup, &projector, &requests)?);
+    }
 
     let effort = Effort::of(&projector, &requests)?;
     let mut stages = vec![&load, &classify, &create, &project];
