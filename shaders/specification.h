@@ -42,7 +42,7 @@ struct DrrSpecification {
         const uint material = drr_label(square.v < 0.5f ? lower : upper);
         const DRR_DEVICE float *const row = attenuation + material * bins;
         DRR_UNROLL
-        for (uint k = 0; k < DRR_SPECIFICATION_ENERGIES; k++) depth[k] = drr_fma(density, row[k < bins ? k : 0], depth[k]);
+        for (uint k = 0; k < DRR_SPECIFICATION_ENERGIES; k++) depth[k] = drr_fma(density, row[k], depth[k]);
     }
 
     DRR_METHOD void part(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels, DRR_THREAD const DrrRay &ray,

@@ -10,6 +10,9 @@ use crate::scene::Scene;
 /// weight and the attenuation of the last that has.
 const TOGETHER: usize = 8;
 
+/// `DRR_SPECIFICATION_ENERGIES` in `shaders/specification.h`.
+const SPECIFICATION_ENERGIES: usize = 136;
+
 /// The logarithm of no weight, as far as float32 sums can tell.
 const NO_WEIGHT: f64 = -1e30;
 
@@ -95,6 +98,9 @@ impl Spectra {
             let coefficients = model.coefficients(m);
             extend(&mut self.attenuation, &mut coefficients.iter().copied(), coefficients[model.bins() - 1]);
         }
+        // The specification's loop reads as many energies as it has, whatever the tables hold.
+        let read = place.attenuation + (model.materials() - 1) * padded + SPECIFICATION_ENERGIES;
+        self.attenuation.resize(read.max(self.attenuation.len()), 0.0);
         self.models.push((model.clone(), place));
         place
     }
