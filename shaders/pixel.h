@@ -54,7 +54,7 @@ DRR_FUNCTION void drr_cast(DRR_CONSTANT DrrLaunch &launch, DRR_CONSTANT DrrBeam 
     if (!drr_ray(launch, beam, column, row, ray)) return;
 #if DRR_LABELS != 0
     DrrRule rule;
-#if DRR_ALGORITHM == DRR_SIDDON
+#if DRR_ALGORITHM == DRR_SIDDON && !defined(DRR_SPECIFICATION_LOOP)
     rule.slope[0] = drr_rounded(ray.slope[0]);
     rule.slope[1] = drr_rounded(ray.slope[1]);
 #endif
