@@ -56,7 +56,33 @@ impl Launch {
         }
         let own_tables = views.iter().any(|view| view.lut_addresses != [0, 0]);
         let uniforms: Option<Vec<_>> = own_tables.then(|| views.iter().map(uniforms).collect());
-        let views = prepared.views(views, outputs.layers());
+        Self::of(device, prepared, block, prepared.views(views, outputs.layers()), uniforms, outputs)
+    }
+
+    /// With the specification's own loop.
+    ///
+    /// # Errors
+    /// As [`Launch::new`].
+    pub(super) fn specification_loop(
+        device: &Device,
+        prepared: &Prepared,
+        block: [usize; 2],
+        views: &[ViewJob],
+        outputs: &Outputs,
+    ) -> Result<Self> {
+        let mut views = prepared.views(views, outputs.layers());
+        views.definitions = views.definitions.with_specification_loop();
+        Self::of(device, prepared, block, views, None, outputs)
+    }
+
+    fn of(
+        device: &Device,
+        prepared: &Prepared,
+        block: [usize; 2],
+        views: Views,
+        uniforms: Option<Vec<ProjectionUniforms>>,
+        outputs: &Outputs,
+    ) -> Result<Self> {
         let gpu = device.gpu();
         let variant = Variant { definitions: views.definitions.clone(), image: outputs.image_kind() };
         Ok(Self {

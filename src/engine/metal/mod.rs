@@ -18,7 +18,7 @@ use objc2::runtime::ProtocolObject;
 use objc2_metal::{MTLBlitCommandEncoder, MTLBuffer, MTLCommandBuffer, MTLCommandEncoder};
 
 use crate::engine::gpu::Prepared;
-use crate::engine::{DeviceOutputs, Engine, Images, Job, Timings, ViewJob};
+use crate::engine::{DeviceOutputs, Engine, Images, Job, Layers, Timings, ViewJob};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 use crate::scene::Scene;
@@ -173,6 +173,17 @@ impl Engine for Metal {
 
     fn timings(&self) -> Option<Timings> {
         Some(*self.measured())
+    }
+
+    fn specification_loop(&self, views: &[ViewJob]) -> Result<Option<f64>> {
+        let views = &views[..views.len().min(VIEWS_AT_ONCE)];
+        let layers = Layers { intensity: true, ..Layers::default() };
+        autoreleasepool(|_| {
+            let outputs = Outputs::new(&self.device, &self.prepared, views.len(), layers)?;
+            let launch =
+                Launch::specification_loop(&self.device, &self.prepared, self.block, views, &outputs)?;
+            self.run(&launch, &outputs).map(Some)
+        })
     }
 
     fn copy_bandwidth(&self) -> Result<Option<f64>> {
