@@ -229,7 +229,7 @@ impl Projector {
     }
 
     /// Seconds of the kernel that has the specification's own inner loop, one accumulator per energy along the ray, for
-    /// at most four views: what areal densities save. `None` for engines without it.
+    /// as many of the views as one launch takes: what areal densities save. `None` for engines without it.
     ///
     /// # Errors
     /// As [`Projector::project`].
