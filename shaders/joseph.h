@@ -6,9 +6,7 @@
 #include "walk.h"
 
 // Samples that are read together: their reads wait for memory side by side.
-#if !defined(DRR_TOGETHER)
 #define DRR_TOGETHER 4
-#endif
 
 // The four voxels around a point of a slice, and where between them it is.
 struct DrrSquare {
@@ -107,13 +105,17 @@ DRR_FUNCTION void drr_add_squares(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD con
 DRR_FUNCTION DrrSquare drr_square_of_part(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                                           DRR_THREAD const DrrRay &ray, DRR_THREAD const DrrSteps &steps, int slice) {
     const DrrTwofold s = drr_twofold((float)slice + 0.5f - drr_half_extent(launch, ray.axis));
-    const DrrPosition u = drr_inside(drr_position(drr_across(launch, ray, 0, s)), launch.dimensions[ray.across[0]]);
-    const DrrPosition v = drr_inside(drr_position(drr_across(launch, ray, 1, s)), launch.dimensions[ray.across[1]]);
+    const DrrPosition u = drr_inside_across(launch, ray, 0, s);
+    const DrrPosition v = drr_inside_across(launch, ray, 1, s);
     return drr_square(launch, voxels, steps, drr_place(launch, steps, drr_voxel(u), drr_voxel(v), slice), u, v);
 }
 
 struct DrrJoseph {
     DrrSums sums;
+
+    DRR_METHOD void start(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrRay &ray) {
+        drr_start(launch, ray.cm_per_slice, sums);
+    }
 
     // Positions count slices too where they can: see DRR_FOLDED.
     DRR_METHOD void begin(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourses &at,

@@ -43,6 +43,9 @@ DRR_FUNCTION void drr_add_cube(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const 
 struct DrrMarch {
     DrrSums sums;
 
+    DRR_METHOD void start(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrRay &ray) {
+        drr_start(launch, ray.cm_per_slice * drr_rounded(launch.step), sums);
+    }
     DRR_METHOD void begin(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrSteps &, DRR_THREAD DrrCourses &, int) {}
     DRR_METHOD DrrTwofold cell(DRR_CONSTANT DrrLaunch &launch) { return launch.step; }
     DRR_METHOD float sample() { return 0.5f; }
@@ -54,8 +57,8 @@ struct DrrMarch {
         const DrrTwofold middle = drr_multiply(drr_add(from, to), drr_twofold(0.5f));
         const DrrTwofold from_face = drr_multiply(middle, launch.step);
         const DrrTwofold s = drr_subtract(from_face, drr_twofold(drr_half_extent(launch, ray.axis)));
-        const DrrPosition u = drr_inside(drr_position(drr_across(launch, ray, 0, s)), launch.dimensions[ray.across[0]]);
-        const DrrPosition v = drr_inside(drr_position(drr_across(launch, ray, 1, s)), launch.dimensions[ray.across[1]]);
+        const DrrPosition u = drr_inside_across(launch, ray, 0, s);
+        const DrrPosition v = drr_inside_across(launch, ray, 1, s);
         const DrrPosition along =
             drr_inside(drr_position(drr_index(launch, ray.axis, s)), launch.dimensions[ray.axis]);
         const float length = drr_rounded(drr_subtract(to, from));

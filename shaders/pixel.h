@@ -12,18 +12,12 @@
 #define DRR_MARCH 1
 #define DRR_SIDDON 2
 
-#if defined(DRR_SPECIFICATION_LOOP)
-typedef DrrSpecification DrrRule;
-#elif DRR_ALGORITHM == DRR_JOSEPH
+#if DRR_ALGORITHM == DRR_JOSEPH
 typedef DrrJoseph DrrRule;
 #elif DRR_ALGORITHM == DRR_MARCH
 typedef DrrMarch DrrRule;
 #else
 typedef DrrSiddon<DrrSums> DrrRule;
-#endif
-
-#if defined(DRR_INTENSITY) || defined(DRR_LINE_INTEGRAL)
-#define DRR_SIGNAL
 #endif
 
 // Where the layers go. Pixel (i, j) of view v is at (v * height + j) * width + i; of material m of view v at
@@ -52,37 +46,30 @@ DRR_FUNCTION void drr_cast(DRR_CONSTANT DrrLaunch &launch, DRR_CONSTANT DrrBeam 
     value.signal.line_integral = 0.0f;
     DrrRay ray;
     if (!drr_ray(launch, beam, column, row, ray)) return;
+#if defined(DRR_SPECIFICATION_LOOP)
+    DrrSpecification loop;
+    loop.start(beam, spectra);
+    drr_walk(launch, beam, voxels, ray, loop);
+    value.signal.intensity = loop.intensity(beam, spectra, ray.cm_per_slice);
+#else
 #if DRR_LABELS != 0
     DrrRule rule;
-#if DRR_ALGORITHM == DRR_SIDDON && !defined(DRR_SPECIFICATION_LOOP)
-    rule.slope[0] = drr_rounded(ray.slope[0]);
-    rule.slope[1] = drr_rounded(ray.slope[1]);
-#endif
-    drr_start(launch, ray.cm_per_slice * drr_rounded(rule.cell(launch)), rule.sums);
-#if defined(DRR_SPECIFICATION_LOOP)
-    rule.start(beam, spectra);
-    drr_walk(launch, beam, voxels, ray, rule);
-    value.signal.intensity = rule.intensity(beam, spectra, ray.cm_per_slice);
-    return;
-#endif
+    rule.start(launch, ray);
     drr_walk(launch, beam, voxels, ray, rule);
     DRR_UNROLL
     for (uint m = 0; m < DRR_MAX_LABELS; m++) {
         if (DRR_HAS(m)) value.areal_density[m] = drr_areal_density(rule.sums, m);
     }
-#if defined(DRR_SIGNAL)
+#if defined(DRR_INTENSITY) || defined(DRR_LINE_INTEGRAL)
     value.signal = drr_signal(beam, spectra, value.areal_density);
 #endif
 #endif
 #if defined(DRR_BONE_PATH)
-    DrrSiddon<DrrLabelled> bone;
-    bone.slope[0] = drr_rounded(ray.slope[0]);
-    bone.slope[1] = drr_rounded(ray.slope[1]);
-    bone.sums.label = DRR_BONE_PATH;
-    bone.sums.block = 0.0f;
-    bone.sums.total = drr_twofold(0.0f);
+    DrrSiddon<DrrBonePath> bone;
+    bone.start(launch, ray);
     drr_walk(launch, beam, voxels, ray, bone);
     value.bone_path = 10.0f * ray.cm_per_slice * drr_rounded(bone.sums.total);
+#endif
 #endif
 }
 

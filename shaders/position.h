@@ -14,8 +14,8 @@ typedef DrrLong DrrPosition;
 
 #define DRR_ONE_VOXEL 4294967296.0f
 
-// x to the nearest 2^-32, and what is left, in 2^-32. Not by way of its floor:
-// from a small negative number it takes digits.
+// x to the nearest 2^-32, and what is left, in 2^-32. Not by way of its floor: from a small negative number it takes
+// digits.
 DRR_FUNCTION DrrPosition drr_split(DrrTwofold x, DRR_THREAD float &rest) {
     const float high = x.high * DRR_ONE_VOXEL, low = x.low * DRR_ONE_VOXEL;
     const float of_high = drr_rint(high), of_low = drr_rint(low);
@@ -36,10 +36,11 @@ DRR_FUNCTION float drr_fraction(DrrPosition x) {
     return drr_float_of_bits(((uint)x >> 9) | 0x3f800000u) - 1.0f;
 }
 
+DRR_FUNCTION DrrPosition drr_limited(DrrPosition x, DrrPosition last) { return x < 0 ? 0 : x > last ? last : x; }
+
 // Limited to the volume: in the outer half voxel the edge value holds.
 DRR_FUNCTION DrrPosition drr_inside(DrrPosition x, uint voxels) {
-    const DrrPosition last = (DrrLong)(voxels - 1) << 32;
-    return x < 0 ? 0 : x > last ? last : x;
+    return drr_limited(x, (DrrLong)(voxels - 1) << 32);
 }
 
 // Where a coordinate is, how it changes from cell to cell, and what is to be added after every block of cells.
@@ -97,6 +98,11 @@ DRR_FUNCTION DrrTwofold drr_index(DRR_CONSTANT DrrLaunch &launch, uint axis, Drr
 // A transverse coordinate at s, relative to the volume's centre.
 DRR_FUNCTION DrrTwofold drr_across(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrRay &ray, uint t, DrrTwofold s) {
     return drr_index(launch, ray.across[t], drr_add(ray.base[t], drr_multiply(ray.slope[t], s)));
+}
+
+DRR_FUNCTION DrrPosition drr_inside_across(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrRay &ray, uint t,
+                                           DrrTwofold s) {
+    return drr_inside(drr_position(drr_across(launch, ray, t, s)), launch.dimensions[ray.across[t]]);
 }
 
 #endif

@@ -42,32 +42,43 @@ DRR_FUNCTION void drr_take(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrV
 
 DRR_FUNCTION bool drr_sees_only_matter(DRR_THREAD const DrrSums &) { return true; }
 
-// Length in voxels of one label, slices, also where they have no density.
-struct DrrLabelled {
-    uint label;
+#if defined(DRR_BONE_PATH)
+// Length in bone, slices, also where it has no density.
+struct DrrBonePath {
     float block;
     DrrTwofold total;
 };
 
-DRR_FUNCTION void drr_take(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrVoxels &, DRR_THREAD DrrLabelled &path,
-                           DrrVoxel voxel, float length) {
-    path.block += drr_label(voxel) == path.label ? length : 0.0f;
+DRR_FUNCTION void drr_start(DRR_CONSTANT DrrLaunch &, float, DRR_THREAD DrrBonePath &path) {
+    path.block = 0.0f;
+    path.total = drr_twofold(0.0f);
 }
 
-DRR_FUNCTION bool drr_sees_only_matter(DRR_THREAD const DrrLabelled &) { return false; }
+DRR_FUNCTION void drr_take(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrVoxels &, DRR_THREAD DrrBonePath &path,
+                           DrrVoxel voxel, float length) {
+    path.block += drr_label(voxel) == DRR_BONE_PATH ? length : 0.0f;
+}
 
-DRR_FUNCTION bool drr_end_block(DRR_CONSTANT DrrBeam &, DRR_THREAD DrrLabelled &path) {
-    const DrrTwofold sum = drr_sum_of(path.total.high, path.block);
-    path.total = drr_renormalised(sum.high, path.total.low + sum.low);
+DRR_FUNCTION bool drr_sees_only_matter(DRR_THREAD const DrrBonePath &) { return false; }
+
+DRR_FUNCTION bool drr_end_block(DRR_CONSTANT DrrBeam &, DRR_THREAD DrrBonePath &path) {
+    drr_add_to(path.total, path.block);
     path.block = 0.0f;
     return false;
 }
+#endif
 
 // Sums is what takes the voxels and their lengths.
 template <typename Sums>
 struct DrrSiddon {
     Sums sums;
     float slope[2];
+
+    DRR_METHOD void start(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrRay &ray) {
+        slope[0] = drr_rounded(ray.slope[0]);
+        slope[1] = drr_rounded(ray.slope[1]);
+        drr_start(launch, ray.cm_per_slice, sums);
+    }
 
     // Positions are from the voxels' faces on, not from their centres.
     DRR_METHOD void begin(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrSteps &, DRR_THREAD DrrCourses &at, int) {
@@ -100,14 +111,13 @@ struct DrrSiddon {
         DrrCourse course[2];
         for (uint t = 0; t < 2; t++) {
             const DrrTwofold face = drr_twofold(0.5f);
-            const uint voxels_across = launch.dimensions[ray.across[t]];
             const DrrPosition at =
                 drr_position(drr_add(drr_across(launch, ray, t, drr_subtract(from, extent)), face));
             const DrrPosition end = drr_position(drr_add(drr_across(launch, ray, t, drr_subtract(to, extent)), face));
             // Where the ray enters and leaves through a face, rounding may have led beyond it.
-            const DrrPosition last = ((DrrLong)voxels_across << 32) - 1;
-            course[t].at = at < 0 ? 0 : at > last ? last : at;
-            course[t].step = (end < 0 ? 0 : end > last ? last : end) - course[t].at;
+            const DrrPosition last = ((DrrLong)launch.dimensions[ray.across[t]] << 32) - 1;
+            course[t].at = drr_limited(at, last);
+            course[t].step = drr_limited(end, last) - course[t].at;
         }
         slab(launch, voxels, steps, course[0], course[1], cell, drr_rounded(drr_subtract(to, from)));
     }

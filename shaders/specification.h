@@ -1,8 +1,7 @@
-// The specification's own inner loop, for comparison only: one accumulator per energy along the ray. At every sample the
-// interpolated density is multiplied by the mass attenuation at every energy of the nearest voxel's material. The sum over
-// samples and the product with attenuation commute, so areal densities give the same number for less: compare
-// drr_signal. Samples are Joseph's; where materials meet, theirs is the nearest voxel's, as a material index that is
-// interpolated has no meaning.
+// The specification's own inner loop, for comparison only: one accumulator per energy along the ray. At every sample
+// the interpolated density is multiplied by the mass attenuation at every energy. The sum over samples and the product
+// with attenuation commute, so areal densities give the same number for less: compare drr_signal. Samples are Joseph's;
+// their material is the nearest voxel's, as a material index that is interpolated has no meaning.
 #ifndef DRR_SPECIFICATION_H
 #define DRR_SPECIFICATION_H
 
@@ -13,7 +12,6 @@
 #define DRR_SPECIFICATION_ENERGIES 136
 
 struct DrrSpecification {
-    DrrSums sums; // only for the length of a cell
     const DRR_DEVICE float *attenuation;
     uint bins; // energies with weight; what the others come to is not used
     float depth[DRR_SPECIFICATION_ENERGIES];

@@ -4,8 +4,8 @@
 
 #include "sums.h"
 
-// The tables of all views: weights by energy, followed by their logarithms; and mass attenuation by material and energy,
-// cm^2/g.
+// The tables of all views: weights by energy, followed by their logarithms; and mass attenuation by material and
+// energy, cm^2/g.
 struct DrrSpectra {
     const DRR_DEVICE float *DRR_RESTRICT weight;
     const DRR_DEVICE float *DRR_RESTRICT attenuation;
@@ -71,8 +71,7 @@ DRR_FUNCTION float drr_passing(DRR_CONSTANT DrrBeam &beam, DRR_THREAD const DrrS
             if (n % 4 == 0) drr_load_four(weights + first + n, four);
             block = drr_fma(four[n % 4], drr_power_of_2(power[n]), block);
         }
-        const DrrTwofold next = drr_sum_of(sum.high, block);
-        sum = drr_renormalised(next.high, sum.low + next.low);
+        drr_add_to(sum, block);
     }
     return drr_rounded(drr_divide(sum, beam.weight_sum));
 }

@@ -26,12 +26,6 @@ DRR_FUNCTION void drr_start_run(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD DrrSu
     sums.length = 0.0f;
 }
 
-// Adds to a sum of many terms, with what rounding takes from it.
-DRR_FUNCTION void drr_add_to(DRR_THREAD DrrTwofold &total, float term) {
-    const DrrTwofold sum = drr_sum_of(total.high, term);
-    total = drr_renormalised(sum.high, total.low + sum.low);
-}
-
 DRR_FUNCTION void drr_end_run(DRR_THREAD DrrSums &sums) {
     const float grams = drr_fma(sums.how.scale, sums.run, sums.how.offset * sums.length);
     DRR_UNROLL
@@ -45,9 +39,7 @@ DRR_FUNCTION void drr_end_run(DRR_THREAD DrrSums &sums) {
 DRR_FUNCTION void drr_start(DRR_CONSTANT DrrLaunch &launch, float cm_per_cell, DRR_THREAD DrrSums &sums) {
     sums.cm_per_cell = cm_per_cell;
     DRR_UNROLL
-    for (uint m = 0; m < DRR_MAX_LABELS; m++) {
-        sums.total[m] = drr_twofold(0.0f);
-    }
+    for (uint m = 0; m < DRR_MAX_LABELS; m++) sums.total[m] = drr_twofold(0.0f);
     uint label = 0;
     while (!DRR_HAS(label)) label++;
     drr_start_run(launch, sums, label);

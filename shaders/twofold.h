@@ -1,10 +1,10 @@
-// Numbers as unevaluated sums of two float32, for setting rays up: 48 bits where GPUs have no float64.
+// Numbers as unevaluated sums of two float32, for setting rays up and for sums of many terms: 48 bits where GPUs have no
+// float64.
 // Sums: Knuth, The Art of Computer Programming 2, 4.2.2; products by fused multiply-add; both as in Hida, Li and Bailey,
 // Algorithms for quad-double precision floating point arithmetic, ARITH-15 (2001).
 #ifndef DRR_TWOFOLD_H
 #define DRR_TWOFOLD_H
 
-#include "dialect.h"
 #include "wire.h"
 
 // high + low, when |low| is not above |high|.
@@ -41,6 +41,12 @@ DRR_FUNCTION DrrTwofold drr_add(DrrTwofold a, DrrTwofold b) {
     const DrrTwofold low = drr_sum_of(a.low, b.low);
     const DrrTwofold sum = drr_renormalised(high.high, high.low + low.high);
     return drr_renormalised(sum.high, sum.low + low.low);
+}
+
+// Adds to a sum of many terms, with what rounding takes from it.
+DRR_FUNCTION void drr_add_to(DRR_THREAD DrrTwofold &sum, float term) {
+    const DrrTwofold high = drr_sum_of(sum.high, term);
+    sum = drr_renormalised(high.high, sum.low + high.low);
 }
 
 DRR_FUNCTION DrrTwofold drr_subtract(DrrTwofold a, DrrTwofold b) { return drr_add(a, drr_negated(b)); }
