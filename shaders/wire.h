@@ -35,7 +35,6 @@ struct DrrBeam {
     uint first_weight;      // of `bins` in the array of weights
     uint first_attenuation; // of materials * bins in the array of mass attenuation, material-major
     float i0;
-    float reserved;
     DrrTwofold weight_sum;
     float least_attenuation[DRR_MAX_LABELS]; // cm^2/g, over the bins with weight
 };
@@ -65,15 +64,14 @@ struct DrrLaunch {
     uint views;
     float millimetres[3][3]; // columns of index -> world
     DrrTwofold step;        // slices per cell of the march
-    // A voxel's code is 8 * value + label. Its density is scale * min(8 value, kink[0] + kink[1] * 8 value), g/cm^3; and
-    // that of a label's voxels what their stand-ins say.
+    // A voxel's code is 8 * value + label. Its density is what its label's stand-in says, and
+    // scale * min(8 value, kink[0] + kink[1] * 8 value), g/cm^3.
+    DrrStandIn stand_in[DRR_MAX_LABELS];
     float scale;
     float kink[2];
-    uint reserved;
-    DrrStandIn stand_in[DRR_MAX_LABELS];
 };
 
-static_assert(sizeof(DrrBeam) == 312, "src/engine/gpu/wire.rs says the same");
-static_assert(sizeof(DrrLaunch) == 240, "src/engine/gpu/wire.rs says the same");
+static_assert(sizeof(DrrBeam) == 308, "src/engine/gpu/wire.rs says the same");
+static_assert(sizeof(DrrLaunch) == 236, "src/engine/gpu/wire.rs says the same");
 
 #endif

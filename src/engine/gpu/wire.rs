@@ -79,7 +79,6 @@ pub(crate) struct Beam {
     pub(super) first_weight: u32,
     pub(super) first_attenuation: u32,
     pub(super) i0: f32,
-    pub(super) reserved: f32,
     pub(super) weight_sum: Twofold,
     pub(super) least_attenuation: [f32; 8],
 }
@@ -108,16 +107,15 @@ pub(crate) struct Launch {
     pub(super) views: u32,
     pub(super) millimetres: [[f32; 3]; 3],
     pub(super) step: Twofold,
+    pub(super) stand_in: [StandIn; 8],
     pub(super) scale: f32,
     pub(super) kink: [f32; 2],
-    pub(super) reserved: u32,
-    pub(super) stand_in: [StandIn; 8],
 }
 
 const _: () = {
     assert!(size_of::<Twofold>() == 8 && size_of::<Affine>() == 24);
-    assert!(size_of::<Beam>() == 312 && align_of::<Beam>() == 4);
-    assert!(size_of::<Launch>() == 240 && align_of::<Launch>() == 4);
+    assert!(size_of::<Beam>() == 308 && align_of::<Beam>() == 4);
+    assert!(size_of::<Launch>() == 236 && align_of::<Launch>() == 4);
 };
 
 /// The columns of a matrix in float32.
