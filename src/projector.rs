@@ -184,7 +184,8 @@ impl Projector {
     /// Projects `views`. `progress` is called from the context's threads, also from several at once, with the number of
     /// rays finished since its last call: after every few hundred rays of a thread. Answering
     /// [`ControlFlow::Break`](std::ops::ControlFlow::Break) cancels: each thread finishes at most 1024 more rays, and
-    /// may still report them. An engine on a GPU reports after every few views, and stops there. [`SILENT`](crate::engine::SILENT) hears nothing.
+    /// may still report them. An engine on a GPU reports after every few views, and stops there.
+    /// [`SILENT`](crate::engine::SILENT) hears nothing.
     ///
     /// # Errors
     /// `InvalidArgument` for a view that is not valid or a layer that the scene does not have; `OutOfMemory`;

@@ -17,7 +17,8 @@ use crate::shared::DrrBool;
 ///
 /// Called after every few hundred rays of a thread, on a GPU after every few views: from the library's threads or the
 /// calling one, one call at a time, with fractions that grow and end, unless the call fails, at 1. It should be quick,
-/// because the thread that is in it projects nothing. It must not throw a C++ exception, not jump out with longjmp, and not call this library.
+/// because the thread that is in it projects nothing. It must not throw a C++ exception, not jump out with longjmp, and
+/// not call this library.
 ///
 /// Once it has answered false it is not called again, each thread finishes at most 1024 more rays, a GPU none, and the
 /// call fails with DRR_STATUS_CANCELLED, having written nothing. The projector is as good as before.

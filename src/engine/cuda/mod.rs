@@ -53,7 +53,7 @@ impl Cuda {
             return Err(Error::Unsupported(text));
         }
         let on_device = device.volume(volume)?;
-        let prepared = Prepared::new(volume, &on_device.voxels, on_device.voxels.layout(), scene, plan)?;
+        let prepared = Prepared::new(volume, &on_device.voxels, scene, plan)?;
         let timings = Timings {
             upload_seconds: on_device.upload_seconds,
             volume_bytes: on_device.bytes(),

@@ -6,7 +6,7 @@ use crate::engine::gpu::wire::{
 use crate::raycast::{Anchor, Lines};
 
 /// Which axis drives all rays of some views, if it is one.
-pub(crate) fn common_axis(views: &[Lines], size: [usize; 2]) -> Option<usize> {
+pub(super) fn common_axis(views: &[Lines], size: [usize; 2]) -> Option<usize> {
     let (first, others) = views.split_first()?;
     let axis = axis(first, size)?;
     others.iter().all(|view| self::axis(view, size) == Some(axis)).then_some(axis)

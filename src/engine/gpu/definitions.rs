@@ -6,58 +6,33 @@ use crate::engine::gpu::voxels::{Density, DeviceVoxels};
 use crate::plan::Plan;
 use crate::scene::Algorithm;
 
-/// Where the voxels are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Layout {
-    /// 16-bit codes in a buffer.
-    Coded,
-    /// Densities and labels in buffers.
-    Dense,
-    /// HU in the caller's texture.
-    Texture,
-}
-
 /// Definitions by name. Equal definitions make equal kernels.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Definitions(Vec<(&'static str, u32)>);
 
 impl Definitions {
     /// What the plan and the volume decide.
-    pub(super) fn of(plan: &Plan, materials: usize, voxels: &DeviceVoxels, layout: Layout) -> Self {
-        let labels = plan.materials.iter().fold(0, |labels, material| labels | 1 << material.label);
+    pub(super) fn of(plan: &Plan, materials: usize, voxels: &DeviceVoxels) -> Self {
+        let algorithm = match plan.algorithm {
+            Algorithm::Joseph => 0,
+            Algorithm::March { .. } => 1,
+            Algorithm::Siddon => 2,
+            Algorithm::Exact => unreachable!("the plan refuses it"),
+        };
+        let density = match voxels.density() {
+            None | Some(Density::Line { .. }) => 0,
+            Some(Density::Kink { .. }) => 1,
+            Some(Density::Table(_)) => 2,
+        };
         let mut all = vec![
-            (
-                "DRR_ALGORITHM",
-                match plan.algorithm {
-                    Algorithm::Joseph => 0,
-                    Algorithm::March { .. } => 1,
-                    Algorithm::Siddon => 2,
-                    Algorithm::Exact => unreachable!("the plan refuses it"),
-                },
-            ),
-            ("DRR_LABELS", labels),
+            ("DRR_ALGORITHM", algorithm),
+            ("DRR_LABELS", plan.materials.iter().fold(0, |labels, material| labels | 1 << material.label)),
             ("DRR_MATERIALS", materials as u32),
             ("DRR_SUPERSAMPLING", plan.supersampling as u32),
-            (
-                "DRR_VOXELS",
-                match layout {
-                    Layout::Coded => 0,
-                    Layout::Dense => 1,
-                    Layout::Texture => 2,
-                },
-            ),
-            (
-                "DRR_DENSITY",
-                match voxels.density() {
-                    None | Some(Density::Line { .. }) => 0,
-                    Some(Density::Kink { .. }) => 1,
-                    Some(Density::Table(_)) => 2,
-                },
-            ),
+            ("DRR_VOXELS", voxels.layout() as u32),
+            ("DRR_DENSITY", density),
         ];
-        if voxels.one_label {
-            all.push(("DRR_ONE_LABEL", 1));
-        }
+        all.extend(voxels.one_label.then_some(("DRR_ONE_LABEL", 1)));
         Self(all)
     }
 

@@ -1,22 +1,21 @@
 //! What the engines that run the kernel text share: the text and its definitions, the wire structs, voxels and tables as
 //! the kernel reads them.
 
-pub(crate) mod beam;
+mod beam;
 mod definitions;
 mod occupancy;
-mod program;
+mod prepared;
 mod spectra;
 mod text;
 mod voxels;
 pub(crate) mod wire;
 
-pub(crate) use definitions::{Definitions, Layout};
-pub(crate) use program::{Prepared, Views};
-pub(crate) use spectra::Spectra;
+pub(crate) use definitions::Definitions;
+pub(crate) use prepared::{Prepared, Views};
 #[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
 pub(crate) use text::CUDA as CUDA_TEXT;
 #[cfg(feature = "host")]
 pub(crate) use text::HOST as HOST_TEXT;
 #[cfg(target_vendor = "apple")]
 pub(crate) use text::METAL as METAL_TEXT;
-pub(crate) use voxels::{DeviceVoxels, Slab};
+pub(crate) use voxels::{DeviceVoxels, Layout, Slab};

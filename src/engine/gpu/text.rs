@@ -1,7 +1,7 @@
 //! The kernel text, flattened for compilers that have no folder to include from. `build.rs` makes it of `shaders/`.
 
 /// For Metal.
-#[cfg_attr(not(target_vendor = "apple"), expect(dead_code, reason = "only Metal reads it"))]
+#[cfg(target_vendor = "apple")]
 pub(crate) const METAL: &str = include_str!(concat!(env!("OUT_DIR"), "/drr.metal"));
 
 /// For NVIDIA's run-time compiler.

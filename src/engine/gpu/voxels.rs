@@ -6,7 +6,6 @@ mod tests;
 use rayon::prelude::*;
 
 use crate::allocation::filled;
-use crate::engine::gpu::Layout;
 use crate::engine::gpu::occupancy::{bricks, occupancy};
 use crate::engine::gpu::wire::StandIn;
 use crate::error::{Error, Result};
@@ -14,13 +13,24 @@ use crate::physics::MAX_MATERIALS;
 use crate::volume::{Volume, Voxel, Voxels};
 
 /// Voxels around the volume that repeat its outermost ones, so that interpolation needs no limits.
-pub(crate) const FRAME: usize = 1;
+pub(super) const FRAME: usize = 1;
 
 /// Values of a code: 8 × value + label fits 15 bits.
 const VALUES: usize = 1 << 12;
 
 /// What one code counts in a stand-in.
 const CODE_UNIT: f64 = 1.0 / (1 << 23) as f64;
+
+/// Where the voxels are: `DRR_VOXELS`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Layout {
+    /// 16-bit codes in a buffer.
+    Coded = 0,
+    /// Densities and labels in buffers.
+    Dense = 1,
+    /// HU in the caller's texture.
+    Texture = 2,
+}
 
 /// How a code's value becomes a density in g/cm³.
 #[derive(Debug, Clone, PartialEq)]

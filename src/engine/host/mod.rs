@@ -61,7 +61,7 @@ impl Host {
             Ok(())
         })?;
         Ok(Self {
-            prepared: Prepared::new(volume, &voxels, voxels.layout(), scene, plan)?,
+            prepared: Prepared::new(volume, &voxels, scene, plan)?,
             voxels: stored,
             density_of_value: voxels.density_of_value().to_vec(),
             occupied: voxels.occupancy(volume)?,

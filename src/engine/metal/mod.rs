@@ -58,8 +58,7 @@ impl Metal {
     ) -> Result<Self> {
         autoreleasepool(|_| {
             let on_device = device.volume(volume)?;
-            let voxels = &on_device.voxels;
-            let prepared = Prepared::new(volume, voxels, voxels.layout(), scene, plan)?;
+            let prepared = Prepared::new(volume, &on_device.voxels, scene, plan)?;
             let timings = Timings {
                 upload_seconds: on_device.upload_seconds,
                 volume_bytes: on_device.bytes(),

@@ -33,7 +33,7 @@ fn launch(volume: &Volume, voxels: &DeviceVoxels, materials: &[&str]) -> Launch 
     let materials = MassAttenuation::named(materials, *scene.spectrum.grid()).expect("tabulated");
     let scene = Scene { materials, bone: None, ..scene };
     let plan = Plan::new(&scene, volume, Backend::Metal).expect("valid");
-    let prepared = Prepared::new(volume, voxels, voxels.layout(), &scene, &plan).expect("memory");
+    let prepared = Prepared::new(volume, voxels, &scene, &plan).expect("memory");
     prepared.views(&[], Layers::ALL).launch
 }
 

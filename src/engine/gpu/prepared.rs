@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::engine::gpu::beam::{beam, common_axis};
-use crate::engine::gpu::spectra::WholeTables;
+use crate::engine::gpu::definitions::Definitions;
+use crate::engine::gpu::spectra::{Spectra, WholeTables};
 use crate::engine::gpu::voxels::{Density, DeviceVoxels, FRAME};
 use crate::engine::gpu::wire::{Beam, Launch, columns};
-use crate::engine::gpu::{Definitions, Layout, Spectra};
 use crate::engine::{Layers, ViewJob};
 use crate::error::Result;
 use crate::physics::SpectralModel;
@@ -41,13 +41,7 @@ pub(crate) struct Views {
 
 impl Prepared {
     /// Of a scene and its plan; `voxels` are how the device holds `volume`.
-    pub(crate) fn new(
-        volume: &Volume,
-        voxels: &DeviceVoxels,
-        layout: Layout,
-        scene: &Scene,
-        plan: &Plan,
-    ) -> Result<Self> {
+    pub(crate) fn new(volume: &Volume, voxels: &DeviceVoxels, scene: &Scene, plan: &Plan) -> Result<Self> {
         let materials = scene.materials.names().len();
         let [width, height, _] = voxels.framed().map(|n| n as u32);
         let stride = [1, width, width * height];
@@ -76,7 +70,7 @@ impl Prepared {
         }
         launch.stand_in = std::array::from_fn(|label| voxels.stand_in(label as u8));
         Ok(Self {
-            definitions: Definitions::of(plan, materials, voxels, layout),
+            definitions: Definitions::of(plan, materials, voxels),
             launch,
             model: Arc::new(scene.spectral_model()?),
             whole_tables: WholeTables::of(scene),
@@ -107,8 +101,8 @@ impl Prepared {
             })
             .collect();
         let early_exit = may_stop && views.iter().any(|view| view.early_exit);
+        // Without bone in the volume the kernel leaves the layer as it is.
         let bone = self.bone.filter(|_| layers.bone_path);
-        // Without bone in the volume the layer is left as it is, 0.
         let axis = common_axis(&lines, self.size);
         Views {
             launch: Launch { views: views.len() as u32, ..self.launch },
