@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ffi::{CStr, CString};
 use std::marker::PhantomData;
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError, Weak};
 
 use cudarc::driver::{result, sys};
 
@@ -11,7 +11,7 @@ use crate::allocation::filled;
 use crate::engine::cuda::driver::{self, Current, allocated, checked};
 use crate::engine::cuda::program::{Program, Target};
 use crate::engine::cuda::volume::DeviceVolume;
-use crate::engine::gpu::Definitions;
+use crate::engine::gpu::{Definitions, Programs, Volumes};
 use crate::error::{Error, Result};
 use crate::volume::Volume;
 
@@ -26,8 +26,8 @@ pub(crate) struct Device {
     name: CString,
     driver: [i32; 2],
     target: Target,
-    programs: Mutex<HashMap<(Definitions, u32), Arc<Program>>>,
-    volumes: Mutex<Vec<(Weak<Volume>, Weak<DeviceVolume>)>>,
+    programs: Programs<(Definitions, u32), Program>,
+    volumes: Volumes<DeviceVolume>,
 }
 
 // SAFETY: context and pool may be used from any thread; the driver locks what needs it.
@@ -37,11 +37,6 @@ unsafe impl Sync for Device {}
 
 /// The devices that are open: contexts on one share its programs and volumes.
 static DEVICES: LazyLock<Mutex<HashMap<usize, Weak<Device>>>> = LazyLock::new(Mutex::default);
-
-/// What a panic leaves in these maps is whole: entries are made before they are put in.
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 impl Device {
     /// The device at `index`, opened if it is not.
@@ -58,7 +53,7 @@ impl Device {
         let Some(ordinal) = ordinal else {
             return Err(Error::invalid("device_index", index, format!("0 … {}", count - 1)));
         };
-        let mut devices = locked(&DEVICES);
+        let mut devices = DEVICES.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(device) = devices.get(&index).and_then(Weak::upgrade) {
             return Ok(device);
         }
@@ -104,8 +99,8 @@ impl Device {
             name: CString::new(name).unwrap_or_default(),
             driver,
             target,
-            programs: Mutex::default(),
-            volumes: Mutex::default(),
+            programs: Programs::default(),
+            volumes: Volumes::default(),
         })
     }
 
@@ -132,36 +127,12 @@ impl Device {
         threads: u32,
         _: &Current,
     ) -> Result<Arc<Program>> {
-        let mut programs = locked(&self.programs);
-        let key = (definitions.clone(), threads);
-        if let Some(program) = programs.get(&key) {
-            return Ok(program.clone());
-        }
-        let program = Arc::new(Program::new(definitions, threads, self.target)?);
-        programs.insert(key, program.clone());
-        Ok(program)
+        self.programs.get(&(definitions.clone(), threads), || Program::new(definitions, threads, self.target))
     }
 
     /// The volume as this device holds it, copied there if it is new.
     pub(super) fn volume(self: &Arc<Self>, volume: &Arc<Volume>) -> Result<Arc<DeviceVolume>> {
-        if let Some(known) = self.known_volume(volume) {
-            return Ok(known);
-        }
-        // Not while the lock is held: the copy is made by threads that may run another such call meanwhile. Of two that
-        // copy the same volume at once, one copy is kept.
-        let made = Arc::new(DeviceVolume::new(self, volume)?);
-        if let Some(known) = self.known_volume(volume) {
-            return Ok(known);
-        }
-        locked(&self.volumes).push((Arc::downgrade(volume), Arc::downgrade(&made)));
-        Ok(made)
-    }
-
-    fn known_volume(&self, volume: &Arc<Volume>) -> Option<Arc<DeviceVolume>> {
-        let mut volumes = locked(&self.volumes);
-        volumes.retain(|(_, device)| device.strong_count() > 0);
-        let same = |known: &Weak<Volume>| std::ptr::eq(known.as_ptr(), Arc::as_ptr(volume));
-        volumes.iter().find(|(known, _)| same(known)).and_then(|(_, device)| device.upgrade())
+        self.volumes.get(volume, || DeviceVolume::new(self, volume))
     }
 
     /// Memory that is lent to what `stream` is given until the value is dropped.
@@ -223,7 +194,7 @@ impl Drop for Device {
     fn drop(&mut self) {
         if let Ok(_current) = self.current() {
             // Their modules are the context's.
-            self.programs.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
+            self.programs = Programs::default();
             // SAFETY: nobody else has the device. The pool ends once the last that it lent is given back.
             let _ = unsafe { sys::cuMemPoolDestroy(self.pool) };
         }

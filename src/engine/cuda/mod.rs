@@ -5,6 +5,7 @@
 mod device;
 mod driver;
 mod launch;
+mod outputs;
 mod program;
 mod volume;
 
@@ -20,11 +21,12 @@ use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::volume::Volume;
 use driver::{Current, Event, Stream};
-use launch::{Places, Queue};
+use launch::Queue;
+use outputs::Places;
 use volume::DeviceVolume;
 
 /// Most views of one launch. Between launches progress is reported.
-const VIEWS: usize = 8;
+const VIEWS_AT_ONCE: usize = 8;
 
 /// The kernel on a GPU, ready for one scene and one volume.
 pub(crate) struct Cuda {
@@ -43,15 +45,6 @@ impl Cuda {
     /// # Errors
     /// `Unsupported` for a volume or a detector that is too large; `OutOfMemory`; `Device`.
     pub(crate) fn new(device: Arc<Device>, volume: &Arc<Volume>, scene: &Scene, plan: &Plan) -> Result<Self> {
-        let materials = scene.materials.names().len();
-        let values = scene.detector[0] * scene.detector[1] * materials;
-        // The kernel numbers pixels in 32 bits.
-        let views_at_once = (u32::MAX as usize / values).min(VIEWS);
-        if views_at_once == 0 {
-            let text =
-                format!("{values} pixels times materials are too many for GPU engines, which count to 2^32");
-            return Err(Error::Unsupported(text));
-        }
         let on_device = device.volume(volume)?;
         let prepared = Prepared::new(volume, &on_device.voxels, scene, plan)?;
         let timings = Timings {
@@ -60,11 +53,11 @@ impl Cuda {
             ..Timings::default()
         };
         Ok(Self {
+            views_at_once: prepared.most_views.min(VIEWS_AT_ONCE),
             prepared,
             volume: on_device,
             device,
             block: plan.block.unwrap_or([1, 1]).map(|n| n as u32),
-            views_at_once,
             timings: Mutex::new(timings),
         })
     }

@@ -8,7 +8,7 @@ use crate::engine::gpu::spectra::{Spectra, WholeTables};
 use crate::engine::gpu::voxels::{Density, DeviceVoxels, FRAME};
 use crate::engine::gpu::wire::{Beam, Launch, columns};
 use crate::engine::{Layers, ViewJob};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::physics::SpectralModel;
 use crate::plan::Plan;
 use crate::scene::{Algorithm, Scene};
@@ -28,6 +28,8 @@ pub(crate) struct Prepared {
     pub materials: usize,
     /// Rays per pixel.
     pub rays_per_pixel: usize,
+    /// Most views of one launch.
+    pub most_views: usize,
 }
 
 /// Some views of a job, as one launch takes them.
@@ -41,6 +43,9 @@ pub(crate) struct Views {
 
 impl Prepared {
     /// Of a scene and its plan; `voxels` are how the device holds `volume`.
+    ///
+    /// # Errors
+    /// `Unsupported` when the kernel cannot number a view's pixels; `OutOfMemory`.
     pub(crate) fn new(volume: &Volume, voxels: &DeviceVoxels, scene: &Scene, plan: &Plan) -> Result<Self> {
         let materials = scene.materials.names().len();
         let [width, height, _] = voxels.framed().map(|n| n as u32);
@@ -78,6 +83,7 @@ impl Prepared {
             size: scene.detector,
             materials,
             rays_per_pixel: scene.supersampling * scene.supersampling,
+            most_views: most_views(scene.detector, materials)?,
         })
     }
 
@@ -110,5 +116,15 @@ impl Prepared {
             beams,
             spectra,
         }
+    }
+}
+
+/// The kernel numbers pixels with 32 bits.
+fn most_views([width, height]: [usize; 2], materials: usize) -> Result<usize> {
+    match u32::MAX as usize / (width * height * materials) {
+        0 => Err(Error::Unsupported(format!(
+            "{width}×{height} pixels of {materials} materials are too many for GPU engines, which count to 2^32"
+        ))),
+        most => Ok(most),
     }
 }

@@ -1,17 +1,16 @@
 //! One kernel: the text with its definitions, compiled to a shared library and loaded.
 
-use std::collections::HashMap;
 use std::ffi::c_void;
 use std::io::Write as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock};
 
 use libloading::Library;
 
 use crate::engine::Images;
 use crate::engine::gpu::wire::{Beam, Launch};
-use crate::engine::gpu::{Definitions, HOST_TEXT, Views};
+use crate::engine::gpu::{Definitions, HOST_TEXT, Programs, Views};
 use crate::error::{Error, Result};
 
 /// `DrrVoxels`: codes, occupancy and, if there is one, the table; or densities, labels and occupancy.
@@ -66,7 +65,7 @@ pub(super) struct Program {
 }
 
 /// Compiling takes a second, and projectors of a process share their kernels.
-static PROGRAMS: LazyLock<Mutex<HashMap<Definitions, Arc<Program>>>> = LazyLock::new(Mutex::default);
+static PROGRAMS: LazyLock<Programs<Definitions, Program>> = LazyLock::new(Programs::default);
 
 impl Program {
     /// The kernel of these definitions, compiled if it is new.
@@ -74,13 +73,7 @@ impl Program {
     /// # Errors
     /// `Unsupported`, with the compiler's words, when there is no C++17 compiler or it fails.
     pub(super) fn of(definitions: &Definitions) -> Result<Arc<Self>> {
-        let mut programs = PROGRAMS.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(program) = programs.get(definitions) {
-            return Ok(program.clone());
-        }
-        let program = Arc::new(Self::compiled(definitions)?);
-        programs.insert(definitions.clone(), program.clone());
-        Ok(program)
+        PROGRAMS.get(definitions, || Self::compiled(definitions))
     }
 
     fn compiled(definitions: &Definitions) -> Result<Self> {

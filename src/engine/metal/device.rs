@@ -1,9 +1,8 @@
 //! An Apple GPU, and what projectors on it share.
 
-use std::collections::HashMap;
 use std::ffi::{CStr, CString, c_void};
 use std::ptr::NonNull;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::Arc;
 
 use objc2::available;
 use objc2::rc::{Retained, autoreleasepool};
@@ -14,8 +13,9 @@ use objc2_metal::{
     MTLGPUFamily,
 };
 
+use crate::engine::gpu::{Programs, Volumes};
 use crate::engine::metal::failure::none;
-use crate::engine::metal::library::{Kernels, Variant};
+use crate::engine::metal::program::{Program, Variant};
 use crate::engine::metal::volume::DeviceVolume;
 use crate::error::{Error, Result};
 use crate::volume::Volume;
@@ -29,8 +29,8 @@ pub(crate) struct Device {
     name: CString,
     gpu: Retained<ProtocolObject<dyn MTLDevice>>,
     queue: Retained<ProtocolObject<dyn MTLCommandQueue>>,
-    kernels: Mutex<HashMap<Variant, Arc<Kernels>>>,
-    volumes: Mutex<Vec<(Weak<Volume>, Weak<DeviceVolume>)>>,
+    programs: Programs<Variant, Program>,
+    volumes: Volumes<DeviceVolume>,
 }
 
 impl Device {
@@ -57,7 +57,7 @@ impl Device {
         }
         let queue = gpu.newCommandQueue().ok_or_else(none("command queue"))?;
         let name = CString::new(gpu.name().to_string()).unwrap_or_default();
-        Ok(Self { name, gpu, queue, kernels: Mutex::default(), volumes: Mutex::default() })
+        Ok(Self { name, gpu, queue, programs: Programs::default(), volumes: Volumes::default() })
     }
 
     /// The GPU's name.
@@ -116,39 +116,13 @@ impl Device {
     }
 
     /// Kernels, compiled if they are new.
-    pub(super) fn kernels(&self, variant: Variant) -> Result<Arc<Kernels>> {
-        let mut kernels = self.kernels.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = kernels.get(&variant) {
-            return Ok(known.clone());
-        }
-        let compiled = Arc::new(Kernels::compiled(&self.gpu, &variant)?);
-        kernels.insert(variant, compiled.clone());
-        Ok(compiled)
+    pub(super) fn program(&self, variant: &Variant) -> Result<Arc<Program>> {
+        self.programs.get(variant, || Program::compiled(&self.gpu, variant))
     }
 
     /// A volume on this device, brought there if no projector has it there.
     pub(super) fn volume(&self, volume: &Arc<Volume>) -> Result<Arc<DeviceVolume>> {
-        if let Some(known) = self.known_volume(volume) {
-            return Ok(known);
-        }
-        // Not under the lock: what brings it there runs on threads that may be given another call of this function.
-        let made = Arc::new(DeviceVolume::new(self, volume)?);
-        // Another thread may have been faster.
-        Ok(self.known_volume(volume).unwrap_or_else(|| {
-            self.volumes().push((Arc::downgrade(volume), Arc::downgrade(&made)));
-            made
-        }))
-    }
-
-    fn known_volume(&self, volume: &Arc<Volume>) -> Option<Arc<DeviceVolume>> {
-        let mut volumes = self.volumes();
-        volumes.retain(|(_, on_device)| on_device.strong_count() > 0);
-        let known = volumes.iter().find(|(known, _)| std::ptr::eq(known.as_ptr(), Arc::as_ptr(volume)));
-        known.and_then(|(_, on_device)| on_device.upgrade())
-    }
-
-    fn volumes(&self) -> MutexGuard<'_, Vec<(Weak<Volume>, Weak<DeviceVolume>)>> {
-        self.volumes.lock().unwrap_or_else(PoisonError::into_inner)
+        self.volumes.get(volume, || DeviceVolume::new(self, volume))
     }
 }
 

@@ -1,12 +1,12 @@
 //! The kernel text on an Apple GPU. Written and checked without one: README.md here says what has been verified.
 #![allow(unsafe_code, reason = "calls Metal")]
 
-mod command;
 mod device;
 mod failure;
-mod library;
+mod launch;
 mod objects;
 mod outputs;
+mod program;
 mod time;
 mod volume;
 
@@ -23,9 +23,9 @@ use crate::error::{Error, Result};
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::volume::Volume;
-use command::{Launch, most_views};
 pub(crate) use device::Device;
 use failure::none;
+use launch::Launch;
 use objects::Buffer;
 use outputs::Outputs;
 use time::Stopwatch;
@@ -85,7 +85,7 @@ impl Metal {
             return Err(Error::Unsupported(text.into()));
         }
         let [width, height] = self.prepared.size;
-        let at_once = most_views(&self.prepared)?.min(VIEWS_AT_ONCE).min(job.views.len()).max(1);
+        let at_once = self.prepared.most_views.min(VIEWS_AT_ONCE).min(job.views.len()).max(1);
         let materials = self.prepared.materials;
         let mut images = Images::zeroed([width, height], job.views.len(), materials, job.layers)?;
         let outputs = Outputs::new(&self.device, &self.prepared, at_once, job.layers)?;

@@ -23,7 +23,7 @@ pub(super) struct Variant {
 }
 
 /// The kernels of one variant.
-pub(super) struct Kernels {
+pub(super) struct Program {
     /// For a thread per pixel and view.
     pub project: Retained<ProtocolObject<dyn MTLComputePipelineState>>,
     /// For a thread per view: makes its own tables ready.
@@ -32,7 +32,7 @@ pub(super) struct Kernels {
     pub compile_seconds: f64,
 }
 
-impl Kernels {
+impl Program {
     /// Compiles them, which takes a second or so; Metal remembers what it has compiled.
     ///
     /// # Errors

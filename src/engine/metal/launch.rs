@@ -14,9 +14,9 @@ use crate::engine::gpu::wire::Launch as WireLaunch;
 use crate::engine::gpu::{Prepared, Views};
 use crate::engine::metal::Device;
 use crate::engine::metal::failure::none;
-use crate::engine::metal::library::{Kernels, Variant};
 use crate::engine::metal::objects::Buffer;
 use crate::engine::metal::outputs::Outputs;
+use crate::engine::metal::program::{Program, Variant};
 use crate::engine::metal::time::Stopwatch;
 use crate::engine::metal::volume::DeviceVolume;
 use crate::error::{Error, Result};
@@ -25,7 +25,7 @@ use crate::shared::{DrrBool, DrrFloat3, DrrFloat4x4, ProjectionUniforms};
 /// A launch, complete: what can be refused has been granted, and nothing is encoded yet.
 pub(super) struct Launch {
     views: Views,
-    kernels: Arc<Kernels>,
+    program: Arc<Program>,
     size: [usize; 2],
     /// Columns and rows of a threadgroup.
     block: [usize; 2],
@@ -48,10 +48,9 @@ impl Launch {
         views: &[ViewJob],
         outputs: &Outputs,
     ) -> Result<Self> {
-        let most = most_views(prepared)?;
-        if views.len() > most {
-            let text =
-                format!("{} views are too many for one launch of the GPU: at most {most}", views.len());
+        let (given, most) = (views.len(), prepared.most_views);
+        if given > most {
+            let text = format!("{given} views are too many for one launch of the GPU: at most {most}");
             return Err(Error::Unsupported(text));
         }
         let own_tables = views.iter().any(|view| view.lut_addresses != [0, 0]);
@@ -86,7 +85,7 @@ impl Launch {
         let gpu = device.gpu();
         let variant = Variant { definitions: views.definitions.clone(), image: outputs.image_kind() };
         Ok(Self {
-            kernels: device.kernels(variant)?,
+            program: device.program(&variant)?,
             size: prepared.size,
             block,
             uniforms: uniforms.map(|all| Buffer::of(gpu, &all, "the views")).transpose()?,
@@ -99,7 +98,7 @@ impl Launch {
 
     /// Seconds that it took to compile its kernels.
     pub(super) fn compile_seconds(&self) -> f64 {
-        self.kernels.compile_seconds
+        self.program.compile_seconds
     }
 
     /// Encodes it as one compute pass.
@@ -126,16 +125,16 @@ impl Launch {
         self.bind(&encoder);
         // Dispatches of one pass run one after the other, and see what those before have written.
         if let Some(uniforms) = &self.uniforms {
-            encoder.setComputePipelineState(&self.kernels.prepare_tables);
+            encoder.setComputePipelineState(&self.program.prepare_tables);
             // SAFETY: the index of `shaders/drr.metal`; one for each view.
             unsafe { encoder.setBuffer_offset_atIndex(Some(uniforms), 0, 0) };
             let one = MTLSize { width: 1, height: 1, depth: 1 };
             encoder.dispatchThreads_threadsPerThreadgroup(MTLSize { width: views, ..one }, one);
         }
-        encoder.setComputePipelineState(&self.kernels.project);
+        encoder.setComputePipelineState(&self.program.project);
         volume.bind(&encoder);
         outputs.bind(&encoder);
-        let [width, height] = fitting(self.block, self.kernels.project.maxTotalThreadsPerThreadgroup());
+        let [width, height] = fitting(self.block, self.program.project.maxTotalThreadsPerThreadgroup());
         let grid = MTLSize { width: self.size[0], height: self.size[1], depth: views };
         encoder.dispatchThreads_threadsPerThreadgroup(grid, MTLSize { width, height, depth: 1 });
         encoder.endEncoding();
@@ -152,24 +151,6 @@ impl Launch {
             encoder.setBytes_length_atIndex(launch.cast(), size_of::<WireLaunch>(), 3);
             encoder.setBuffer_offset_atIndex(Some(&self.beams), 0, 4);
         }
-    }
-}
-
-/// Most views of one launch: the kernel numbers pixels with 32 bits.
-///
-/// # Errors
-/// `Unsupported` when one view has too many.
-pub(super) fn most_views(prepared: &Prepared) -> Result<usize> {
-    let pixels = prepared.size[0] * prepared.size[1] * prepared.materials;
-    match u32::MAX as usize / pixels {
-        0 => {
-            let text = format!(
-                "{:?} pixels of {} materials are too many for the GPU",
-                prepared.size, prepared.materials
-            );
-            Err(Error::Unsupported(text))
-        }
-        most => Ok(most),
     }
 }
 
