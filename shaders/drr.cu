@@ -2,11 +2,8 @@
 #include "DRR_Shared.h"
 #include "pixel.h"
 
-// Threads of a group, which the host decides; and groups that are to fit on a multiprocessor, which bounds the registers:
-// measured, see benches/README.md.
-#if !defined(DRR_GROUP)
-#define DRR_GROUP 128
-#endif
+// Groups of DRR_GROUP threads that are to fit on a multiprocessor, which bounds the registers: measured, see
+// benches/README.md.
 #if defined(DRR_SPECIFICATION_LOOP)
 #define DRR_GROUPS 1
 #elif defined(DRR_ONE_LABEL)

@@ -50,13 +50,17 @@ impl Drop for Buffer {
 /// The volume as the kernel reads it.
 pub(super) struct DeviceVolume {
     pub(super) voxels: DeviceVoxels,
-    /// Codes; or densities.
-    first: Buffer,
-    /// The table of densities, if there is one; or labels.
-    second: Option<Buffer>,
+    stored: Stored,
     /// Where it holds anything.
     occupied: Buffer,
     pub(super) upload_seconds: f64,
+}
+
+enum Stored {
+    /// Codes, and the table of densities if the kernel needs one.
+    Coded(Buffer, Option<Buffer>),
+    /// Densities and labels.
+    Dense(Buffer, Buffer),
 }
 
 /// `DrrVoxels` of `shaders/voxels.h`: codes, occupancy and table; or densities, labels and occupancy.
@@ -69,16 +73,18 @@ impl DeviceVolume {
         let start = Instant::now();
         let voxels = DeviceVoxels::new(volume)?;
         let count: usize = voxels.framed().iter().product();
-        let table = voxels.density_of_value();
-        let (first, second, what) = match voxels.layout() {
-            Layout::Dense => (4 * count, count, "the labels"),
-            Layout::Coded | Layout::Texture => (2 * count, size_of_val(table), "the table of densities"),
+        let buffer = |bytes: usize, what: &str| Buffer::new(device, bytes, what);
+        let table = || match size_of_val(voxels.density_of_value()) {
+            0 => Ok(None),
+            bytes => buffer(bytes, "the table of densities").map(Some),
         };
-        let first = Buffer::new(device, first, "the voxels")?;
-        let second = (second > 0).then(|| Buffer::new(device, second, what)).transpose()?;
+        let stored = match voxels.layout() {
+            Layout::Coded | Layout::Texture => Stored::Coded(buffer(2 * count, "the voxels")?, table()?),
+            Layout::Dense => Stored::Dense(buffer(4 * count, "the voxels")?, buffer(count, "the labels")?),
+        };
         let occupancy = voxels.occupancy(volume)?;
         let occupied = Buffer::new(device, occupancy.len(), "the volume's occupancy")?;
-        let made = Self { voxels, first, second, occupied, upload_seconds: 0.0 };
+        let made = Self { voxels, stored, occupied, upload_seconds: 0.0 };
         made.copy(device, volume, &occupancy)?;
         Ok(Self { upload_seconds: start.elapsed().as_secs_f64(), ..made })
     }
@@ -88,57 +94,60 @@ impl DeviceVolume {
         let stream = Stream::new(&current)?;
         // SAFETY: the stream is waited for before this function ends.
         unsafe { self.occupied.fill(0, occupancy, &stream) }.and(stream.finish("the copy to the GPU"))?;
-        let second = |place: usize, bytes: &[u8]| match &self.second {
-            // SAFETY: the stream is waited for before the slab's memory is used again.
-            Some(second) => unsafe { second.fill(place, bytes, &stream) },
-            None => Ok(()),
-        };
         self.voxels.slabs(volume, |place, slab| {
-            match slab {
+            match (&self.stored, slab) {
                 // SAFETY: the stream is waited for below, also when a copy is refused.
-                Slab::Coded(codes) => unsafe { self.first.fill(2 * place, codes, &stream) },
+                (Stored::Coded(all, _), Slab::Coded(codes)) => unsafe { all.fill(2 * place, codes, &stream) },
                 // SAFETY: as above.
-                Slab::Dense(density, label) => unsafe { self.first.fill(4 * place, density, &stream) }
-                    .and_then(|()| second(place, label)),
+                (Stored::Dense(densities, labels), Slab::Dense(density, label)) => unsafe {
+                    let copied = densities.fill(4 * place, density, &stream);
+                    copied.and_then(|()| labels.fill(place, label, &stream))
+                },
+                _ => unreachable!("slabs are laid out as the voxels say"),
             }
             .and(stream.finish("the copy to the GPU"))
         })?;
-        if let (Some(second), Layout::Coded) = (&self.second, self.voxels.layout()) {
+        if let Stored::Coded(_, Some(table)) = &self.stored {
             // SAFETY: the table is the volume's own, and the stream is waited for.
-            unsafe { second.fill(0, self.voxels.density_of_value(), &stream)? };
+            unsafe { table.fill(0, self.voxels.density_of_value(), &stream)? };
         }
         stream.finish("the copy to the GPU")
     }
 
     /// As the kernel's parameter.
     pub(super) fn parameter(&self) -> KernelVoxels {
-        let second = self.second.as_ref().map_or(0, |second| second.address);
-        match self.voxels.layout() {
-            Layout::Dense => KernelVoxels([self.first.address, second, self.occupied.address]),
-            Layout::Coded | Layout::Texture => {
-                KernelVoxels([self.first.address, self.occupied.address, second])
+        let occupied = self.occupied.address;
+        match &self.stored {
+            Stored::Coded(codes, table) => {
+                let table = table.as_ref().map_or(0, |table| table.address);
+                KernelVoxels([codes.address, occupied, table])
             }
+            Stored::Dense(density, label) => KernelVoxels([density.address, label.address, occupied]),
         }
     }
 
     /// Memory of the device that it takes.
     pub(super) fn bytes(&self) -> usize {
-        self.first.bytes + self.second.as_ref().map_or(0, |second| second.bytes) + self.occupied.bytes
+        let voxels = match &self.stored {
+            Stored::Coded(codes, table) => codes.bytes + table.as_ref().map_or(0, |table| table.bytes),
+            Stored::Dense(density, label) => density.bytes + label.bytes,
+        };
+        voxels + self.occupied.bytes
     }
 
     /// Bytes per second, read and written, of a copy of the voxels.
     pub(super) fn copy_bandwidth(&self) -> Result<f64> {
-        let device = &self.first.device;
-        let copy = Buffer::new(device, self.first.bytes, "a copy of the voxels")?;
+        let (Stored::Coded(voxels, _) | Stored::Dense(voxels, _)) = &self.stored;
+        let device = &voxels.device;
+        let copy = Buffer::new(device, voxels.bytes, "a copy of the voxels")?;
         let current = device.current()?;
         let (stream, start, end) = (Stream::new(&current)?, Event::new(&current)?, Event::new(&current)?);
         // The first copy also makes the memory's pages.
         for _ in 0..2 {
             start.record(&stream)?;
             // SAFETY: both buffers are that long, and outlive the stream's end, which is waited for.
-            let copied = unsafe {
-                result::memcpy_dtod_async(copy.address, self.first.address, copy.bytes, stream.raw)
-            };
+            let copied =
+                unsafe { result::memcpy_dtod_async(copy.address, voxels.address, copy.bytes, stream.raw) };
             checked("a copy on the GPU", copied)?;
             end.record(&stream)?;
         }
