@@ -8,7 +8,12 @@
     clippy::missing_safety_doc,
     reason = "the doc comments are the C header's and state every pointer's contract"
 )]
-#![allow(clippy::doc_markdown, rustdoc::broken_intra_doc_links, reason = "written for C")]
+#![allow(
+    clippy::doc_markdown,
+    rustdoc::broken_intra_doc_links,
+    rustdoc::invalid_html_tags,
+    reason = "written for C"
+)]
 
 mod boundary;
 mod handle;

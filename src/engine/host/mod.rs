@@ -72,15 +72,19 @@ impl Host {
 impl Engine for Host {
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
         let [width, height] = self.prepared.size;
-        let views = self.prepared.views(job.views, job.layers);
-        let program = Program::of(&views.definitions)?;
-        let mut images =
-            Images::zeroed([width, height], job.views.len(), self.prepared.materials, job.layers)?;
-        let call = Call { engine: self, program, views: &views, images: HostImages::of(&mut images) };
-        (0..job.views.len() * height).into_par_iter().try_for_each(|row| {
-            call.row(row / height, row % height);
-            job.progress.finished(width * self.prepared.rays_per_pixel)
-        })?;
+        let materials = self.prepared.materials;
+        let mut images = Images::zeroed([width, height], job.views.len(), materials, job.layers)?;
+        let at_once = self.prepared.most_views;
+        for (n, some) in job.views.chunks(at_once).enumerate() {
+            let views = self.prepared.views(some, job.layers);
+            let program = Program::of(&views.definitions)?;
+            let images = HostImages::from_view(&mut images, n * at_once);
+            let call = Call { engine: self, program, views: &views, images };
+            (0..some.len() * height).into_par_iter().try_for_each(|row| {
+                call.row(row / height, row % height);
+                job.progress.finished(width * self.prepared.rays_per_pixel)
+            })?;
+        }
         Ok(images)
     }
 }

@@ -37,12 +37,17 @@ pub(super) struct HostImages {
 unsafe impl Sync for HostImages {}
 
 impl HostImages {
-    pub(super) fn of(images: &mut Images<f32>) -> Self {
+    /// From a view on.
+    pub(super) fn from_view(images: &mut Images<f32>, view: usize) -> Self {
+        let (pixels, materials) = (images.size[0] * images.size[1], images.materials);
+        let from = |image: &mut Vec<f32>, planes: usize| {
+            image.get_mut(view * planes * pixels..).unwrap_or_default().as_mut_ptr()
+        };
         Self {
-            intensity: images.intensity.as_mut_ptr(),
-            line_integral: images.line_integral.as_mut_ptr(),
-            areal_density: images.areal_density.as_mut_ptr(),
-            bone_path: images.bone_path.as_mut_ptr(),
+            intensity: from(&mut images.intensity, 1),
+            line_integral: from(&mut images.line_integral, 1),
+            areal_density: from(&mut images.areal_density, materials),
+            bone_path: from(&mut images.bone_path, 1),
         }
     }
 }
