@@ -57,6 +57,11 @@ static int without_a_queue(const DrrProjector *projector) {
     outputs.intensity = image;
     CHECK(drr_projector_encode_poses(projector, &pose, 1, NULL, &outputs) == DRR_STATUS_UNSUPPORTED);
     CHECK(strstr(drr_last_error_message(), "queues") != NULL);
+    /* Nor can they read what may lie at a GPU's addresses. */
+    ProjectionUniforms view;
+    OK(drr_uniforms_cone(&pose, WIDTH, HEIGHT, &view));
+    view.spectrumLutAddress = 0x7f0000001000;
+    CHECK(drr_projector_encode(projector, &view, 1, NULL, &outputs) == DRR_STATUS_UNSUPPORTED);
     for (int i = 0; i < PIXELS; i++) CHECK(image[i] == 0.0f);
     return 0;
 }

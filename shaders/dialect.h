@@ -20,6 +20,7 @@ using namespace metal;
 #define DRR_FUNCTION static inline
 #define DRR_METHOD inline
 typedef long DrrLong;
+typedef ulong DrrUlong;
 DRR_FUNCTION float drr_fma(float a, float b, float c) { return metal::fma(a, b, c); }
 DRR_FUNCTION float drr_abs(float x) { return metal::fabs(x); }
 DRR_FUNCTION float drr_min(float a, float b) { return metal::fmin(a, b); }
@@ -54,6 +55,7 @@ typedef unsigned int uint;
 typedef unsigned short ushort;
 typedef unsigned char uchar;
 typedef long long DrrLong;
+typedef unsigned long long DrrUlong;
 #define DRR_DEVICE
 #define DRR_CONSTANT const
 #define DRR_THREAD
@@ -98,6 +100,7 @@ typedef unsigned int uint;
 typedef unsigned short ushort;
 typedef unsigned char uchar;
 typedef std::int64_t DrrLong;
+typedef std::uint64_t DrrUlong;
 #define DRR_DEVICE
 #define DRR_CONSTANT const
 #define DRR_THREAD

@@ -1,10 +1,11 @@
-// The entry point for the host: the kernel as a function, called once for every pixel.
+// The entry point for the host: the kernel as a function, called for some pixels of a row.
 #include "DRR_Shared.h"
 #include "pixel.h"
 
 extern "C" void projectPolyenergeticDRR(const DrrLaunch *launch, const DrrBeam *beams, const DrrVoxels *voxels,
-                                        const DrrSpectra *spectra, const DrrImages *images, uint view, uint row) {
-    for (uint column = 0; column < launch->width; column++) {
+                                        const DrrSpectra *spectra, const DrrImages *images, uint view, uint row,
+                                        uint first, uint end) {
+    for (uint column = first; column < end; column++) {
         drr_pixel(*launch, beams[view], *voxels, *spectra, *images, column, row, view);
     }
 }

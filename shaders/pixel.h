@@ -109,29 +109,30 @@ DRR_FUNCTION void drr_pixel(DRR_CONSTANT DrrLaunch &launch, DRR_CONSTANT DrrBeam
 #if DRR_SUPERSAMPLING == 1
     const DrrRayValue pixel = first;
 #else
-    // Means of differences from the first ray: the mean of equal values is that value, bit for bit.
+    // Twofold: in float32 equal terms are all rounded the same way. The mean of equal values is that value, bit for bit.
     DrrRayValue pixel;
-    pixel.signal.intensity = 0.0f;
-    pixel.bone_path = 0.0f;
-    for (uint m = 0; m < DRR_MAX_LABELS; m++) pixel.areal_density[m] = 0.0f;
-    float least = first.signal.line_integral, beyond = 1.0f;
+    DrrTwofold intensity = drr_twofold(first.signal.intensity), bone_path = drr_twofold(first.bone_path);
+    DrrTwofold areal_density[DRR_MAX_LABELS], beyond = drr_twofold(1.0f);
+    for (uint m = 0; m < DRR_MAX_LABELS; m++) areal_density[m] = drr_twofold(first.areal_density[m]);
+    float least = first.signal.line_integral;
     for (uint n = 1; n < DRR_SUPERSAMPLING * DRR_SUPERSAMPLING; n++) {
         DrrRayValue ray;
         drr_cast(launch, beam, voxels, spectra, drr_subray(column, n % DRR_SUPERSAMPLING),
                  drr_subray(row, n / DRR_SUPERSAMPLING), ray);
-        pixel.signal.intensity += ray.signal.intensity - first.signal.intensity;
-        pixel.bone_path += ray.bone_path - first.bone_path;
-        for (uint m = 0; m < DRR_MAX_LABELS; m++) pixel.areal_density[m] += ray.areal_density[m] - first.areal_density[m];
+        drr_add_to(intensity, ray.signal.intensity);
+        drr_add_to(bone_path, ray.bone_path);
+        for (uint m = 0; m < DRR_MAX_LABELS; m++) drr_add_to(areal_density[m], ray.areal_density[m]);
         const float p = ray.signal.line_integral;
-        beyond = p < least ? drr_fma(beyond, drr_exp_minus(least - p), 1.0f) : beyond + drr_exp_minus(p - least);
+        if (p < least) beyond = drr_multiply(beyond, drr_twofold(drr_exp_minus(least - p)));
+        drr_add_to(beyond, p < least ? 1.0f : drr_exp_minus(p - least));
         least = drr_min(p, least);
     }
-    const float rays = (float)(DRR_SUPERSAMPLING * DRR_SUPERSAMPLING);
-    pixel.signal.intensity = first.signal.intensity + pixel.signal.intensity / rays;
-    pixel.signal.line_integral = least - drr_log(beyond / rays);
-    pixel.bone_path = first.bone_path + pixel.bone_path / rays;
+    const DrrTwofold count = drr_twofold((float)(DRR_SUPERSAMPLING * DRR_SUPERSAMPLING));
+    pixel.signal.intensity = drr_rounded(drr_divide(intensity, count));
+    pixel.signal.line_integral = least - drr_log(drr_rounded(drr_divide(beyond, count)));
+    pixel.bone_path = drr_rounded(drr_divide(bone_path, count));
     for (uint m = 0; m < DRR_MAX_LABELS; m++) {
-        pixel.areal_density[m] = first.areal_density[m] + pixel.areal_density[m] / rays;
+        pixel.areal_density[m] = drr_rounded(drr_divide(areal_density[m], count));
     }
 #endif
     drr_store(launch, images, column, row, view, pixel);

@@ -9,8 +9,8 @@
 // twofold sum.
 #define DRR_BLOCK 64
 
-// Voxels, times 2^32.
-typedef DrrLong DrrPosition;
+// Voxels, times 2^32, modulo 2^64.
+typedef DrrUlong DrrPosition;
 
 #define DRR_ONE_VOXEL 4294967296.0f
 
@@ -20,7 +20,7 @@ DRR_FUNCTION DrrPosition drr_split(DrrTwofold x, DRR_THREAD float &rest) {
     const float high = x.high * DRR_ONE_VOXEL, low = x.low * DRR_ONE_VOXEL;
     const float of_high = drr_rint(high), of_low = drr_rint(low);
     rest = (high - of_high) + (low - of_low);
-    return (DrrLong)of_high + (DrrLong)of_low;
+    return (DrrPosition)((DrrLong)of_high + (DrrLong)of_low);
 }
 
 DRR_FUNCTION DrrPosition drr_position(DrrTwofold x) {
@@ -36,11 +36,13 @@ DRR_FUNCTION float drr_fraction(DrrPosition x) {
     return drr_float_of_bits(((uint)x >> 9) | 0x3f800000u) - 1.0f;
 }
 
-DRR_FUNCTION DrrPosition drr_limited(DrrPosition x, DrrPosition last) { return x < 0 ? 0 : x > last ? last : x; }
+DRR_FUNCTION DrrPosition drr_limited(DrrPosition x, DrrPosition last) {
+    return (DrrLong)x < 0 ? 0 : x > last ? last : x;
+}
 
 // Limited to the volume: in the outer half voxel the edge value holds.
 DRR_FUNCTION DrrPosition drr_inside(DrrPosition x, uint voxels) {
-    return drr_limited(x, (DrrLong)(voxels - 1) << 32);
+    return drr_limited(x, (DrrPosition)(voxels - 1) << 32);
 }
 
 // Where a coordinate is, how it changes from cell to cell, and what is to be added after every block of cells.
@@ -68,15 +70,15 @@ DRR_FUNCTION DrrCourse drr_course(DrrTwofold at, DrrTwofold step) {
 
 // Moves on by some cells from the beginning, with the corrections of the blocks between.
 DRR_FUNCTION void drr_advance(DRR_THREAD DrrCourse &course, int cells) {
-    course.at += (DrrLong)cells * course.step + (DrrLong)(cells / DRR_BLOCK) * course.correction;
+    course.at += (DrrPosition)cells * course.step + (DrrPosition)((DrrLong)(cells / DRR_BLOCK) * course.correction);
 }
 
 // Makes a position along u count slices as well, from slice `slice` on; see DRR_FOLDED.
 DRR_FUNCTION void drr_fold(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrSteps &steps, DRR_THREAD DrrCourse &u,
                            int slice) {
 #if DRR_FOLDED
-    u.at += (DrrLong)(launch.first_voxel + (uint)slice * steps.s) << 32;
-    u.step += (DrrLong)steps.s << 32;
+    u.at += (DrrPosition)(launch.first_voxel + (uint)slice * steps.s) << 32;
+    u.step += (DrrPosition)steps.s << 32;
 #endif
 }
 

@@ -66,9 +66,9 @@ DRR_FUNCTION float drr_cm_per_slice(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD c
     float squares = 0.0f;
     DRR_UNROLL
     for (uint i = 0; i < 3; i++) {
-        const DrrTwofold u = drr_multiply(ray.slope[0], drr_twofold(launch.millimetres[ray.across[0]][i]));
-        const DrrTwofold v = drr_multiply(ray.slope[1], drr_twofold(launch.millimetres[ray.across[1]][i]));
-        const float component = drr_rounded(drr_add(drr_add(u, v), drr_twofold(launch.millimetres[ray.axis][i])));
+        const DrrTwofold u = drr_multiply(ray.slope[0], launch.millimetres[ray.across[0]][i]);
+        const DrrTwofold v = drr_multiply(ray.slope[1], launch.millimetres[ray.across[1]][i]);
+        const float component = drr_rounded(drr_add(drr_add(u, v), launch.millimetres[ray.axis][i]));
         squares = drr_fma(component, component, squares);
     }
     return 0.1f * drr_sqrt(squares);

@@ -82,8 +82,8 @@ struct DrrSiddon {
 
     // Positions are from the voxels' faces on, not from their centres.
     DRR_METHOD void begin(DRR_CONSTANT DrrLaunch &, DRR_THREAD const DrrSteps &, DRR_THREAD DrrCourses &at, int) {
-        at.u.at += (DrrLong)1 << 31;
-        at.v.at += (DrrLong)1 << 31;
+        at.u.at += (DrrPosition)1 << 31;
+        at.v.at += (DrrPosition)1 << 31;
     }
     DRR_METHOD DrrTwofold cell(DRR_CONSTANT DrrLaunch &) { return drr_twofold(1.0f); }
     DRR_METHOD float sample() { return 0.0f; }
@@ -115,7 +115,7 @@ struct DrrSiddon {
                 drr_position(drr_add(drr_across(launch, ray, t, drr_subtract(from, extent)), face));
             const DrrPosition end = drr_position(drr_add(drr_across(launch, ray, t, drr_subtract(to, extent)), face));
             // Where the ray enters and leaves through a face, rounding may have led beyond it.
-            const DrrPosition last = ((DrrLong)launch.dimensions[ray.across[t]] << 32) - 1;
+            const DrrPosition last = ((DrrPosition)launch.dimensions[ray.across[t]] << 32) - 1;
             course[t].at = drr_limited(at, last);
             course[t].step = drr_limited(end, last) - course[t].at;
         }

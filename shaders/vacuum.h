@@ -16,7 +16,7 @@
 // when it or a brick beside it holds anything.
 DRR_FUNCTION bool drr_vacuum(DRR_CONSTANT DrrLaunch &launch, DRR_THREAD const DrrVoxels &voxels,
                              DRR_THREAD const DrrRay &ray, DRR_THREAD const DrrCourses &at, int cells) {
-    const DrrLong middle = cells + DRR_CHUNK / 2;
+    const DrrPosition middle = (DrrPosition)(cells + DRR_CHUNK / 2);
     const DrrPosition position[3] = {at.u.at + middle * at.u.step, at.v.at + middle * at.v.step,
                                      at.s.at + middle * at.s.step};
     const uint axis[3] = {ray.across[0], ray.across[1], ray.axis};

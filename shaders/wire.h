@@ -62,7 +62,7 @@ struct DrrLaunch {
     uint width;             // pixels
     uint height;
     uint views;
-    float millimetres[3][3]; // columns of index -> world
+    DrrTwofold millimetres[3][3]; // columns of index -> world
     DrrTwofold step;        // slices per cell of the march
     // A voxel's code is 8 * value + label. Its density is what its label's stand-in says, and
     // scale * min(8 value, kink[0] + kink[1] * 8 value), g/cm^3.
@@ -72,6 +72,6 @@ struct DrrLaunch {
 };
 
 static_assert(sizeof(DrrBeam) == 308, "src/engine/gpu/wire.rs says the same");
-static_assert(sizeof(DrrLaunch) == 236, "src/engine/gpu/wire.rs says the same");
+static_assert(sizeof(DrrLaunch) == 272, "src/engine/gpu/wire.rs says the same");
 
 #endif

@@ -12,7 +12,7 @@ use crate::engine::host::Host;
 use crate::engine::reference::Reference;
 use crate::engine::{
     Backend, Device, DeviceChoice, DeviceOutputs, Engine, Images, Job, Layers, Progress, Report, SILENT,
-    Timings, ViewJob,
+    Timings, ViewJob, unsupported_queues,
 };
 use crate::error::{Error, Result};
 use crate::geometry::View;
@@ -101,6 +101,14 @@ impl Context {
         let null = || Error::invalid("texture", "NULL", "a texture");
         // SAFETY: the caller's promise is the same.
         unsafe { self.device.texture(NonNull::new(texture).ok_or_else(null)?, dimensions) }
+    }
+
+    /// Whether the engine has queues to put a projection into.
+    ///
+    /// # Errors
+    /// `Unsupported` when it has none: on the CPU.
+    pub(crate) fn check_queues(&self) -> Result<()> {
+        if matches!(self.device, Device::None) { Err(unsupported_queues()) } else { Ok(()) }
     }
 
     pub(crate) fn device(&self) -> &Device {
@@ -235,6 +243,9 @@ impl Projector {
     /// # Errors
     /// As [`Projector::project`].
     pub fn specification_loop(&self, views: &[ViewRequest]) -> Result<Option<f64>> {
+        if views.is_empty() {
+            return Ok(None);
+        }
         let layers = Layers { intensity: true, ..Layers::default() };
         self.engine.specification_loop(&self.jobs(views, layers)?)
     }

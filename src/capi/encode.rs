@@ -150,6 +150,8 @@ unsafe fn encode<V: Copy>(
 ) -> Result<()> {
     // SAFETY: the C caller passes a handle that stays alive during the call.
     let value = unsafe { handle::borrow("projector", projector)? };
+    // Before views are read: their LUT addresses may be a device's, which only its engine can read.
+    value.projector.context().check_queues()?;
     // SAFETY: the C caller passes a struct of the size that it says.
     let outputs = unsafe { options::read("outputs", outputs)? }.checked(&value, view_count)?;
     // SAFETY: the C caller passes `view_count` views.

@@ -42,7 +42,7 @@ impl DeviceOutputs {
 }
 
 /// What an engine without queues answers.
-pub(super) fn unsupported() -> Error {
+pub(crate) fn unsupported_queues() -> Error {
     let queues = [Backend::Cuda, Backend::Metal].map(Backend::name).join(" and ");
     Error::Unsupported(format!("only the engines {queues} have queues to put a projection into"))
 }

@@ -25,6 +25,7 @@ use std::sync::Arc;
 pub(crate) use device::Device;
 pub use device::DeviceChoice;
 pub use encode::DeviceOutputs;
+pub(crate) use encode::unsupported_queues;
 pub use images::{Images, Layers};
 pub use progress::{Progress, Report, SILENT};
 pub use timings::Timings;
@@ -128,7 +129,7 @@ pub trait Engine: Send + Sync {
     #[allow(unsafe_code, reason = "queue and outputs are the caller's, and believed")]
     unsafe fn encode(&self, job: &Job<'_>, queue: *mut c_void, outputs: &DeviceOutputs) -> Result<()> {
         let _ = (job, queue, outputs);
-        Err(encode::unsupported())
+        Err(unsupported_queues())
     }
 
     /// What the device measured so far; `None` for engines of the CPU, which whoever calls them can time.

@@ -6,13 +6,14 @@ use drr::engine::{Backend, Layers, SILENT};
 use drr::geometry::{DetectorPose, Grid, Projection, View};
 use drr::volume::Volume;
 use drr::{Algorithm, Scene};
-use glam::{DMat3, DMat4, DVec3, DVec4};
+use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 
 use crate::Test;
 use crate::support::{awkward_grid, classification, noise, poses, projector, requests, volume};
-use crate::twin::conforms;
+use crate::twin::{KINDS, conforms, conforms_with};
 
-pub(super) const TESTS: [Test; 4] = [
+pub(super) const TESTS: [Test; 5] = [
+    ("in_strongly_sheared_grids", in_strongly_sheared_grids),
     ("from_every_side_and_from_inside", from_every_side_and_from_inside),
     ("through_projection_matrices_and_from_afar", through_projection_matrices_and_from_afar),
     ("along_parallel_rays", along_parallel_rays),
@@ -107,5 +108,23 @@ pub(super) fn a_tie_of_driving_axes_is_no_jump() {
             let jump = (p[row] / p[9 + row] - 1.0).abs();
             assert!(jump < bound, "{algorithm:?}, row {row}: {jump:.1e}");
         }
+    }
+}
+
+/// A ray's length is what is left of columns that nearly cancel.
+fn in_strongly_sheared_grids(backend: Backend) {
+    for shear in [30.7, 300.7, 3000.7] {
+        let columns = DMat3::from_cols(DVec3::X, DVec3::new(shear, 1.0, 0.0), DVec3::Z);
+        let place = DAffine3 { matrix3: columns, translation: DVec3::ZERO };
+        let grid = Grid::new([61, 51, 41], place).expect("valid");
+        let hu: Vec<i16> = (0..grid.voxel_count()).map(|i| (100.0 * noise(i as u64 / 5)) as i16).collect();
+        let volume = Arc::new(Volume::from_int16(grid, &hu, None, &classification()).expect("valid"));
+        let direction = DVec3::new(1.0, 1.0, 0.0).normalize();
+        let (column_step, row_step) = (0.1 * direction.any_orthonormal_pair().0, 0.1 * DVec3::Z);
+        let first_pixel = grid.centre() + 500.0 * direction - 10.0 * column_step - 8.0 * row_step;
+        let source = grid.centre() - 1000.0 * direction;
+        let pose = DetectorPose { source, first_pixel, column_step, row_step };
+        let scene = Scene::new([20, 16]).expect("valid");
+        conforms_with(&KINDS, backend, &format!("shear {shear}"), &volume, &scene, &requests([pose]));
     }
 }

@@ -13,8 +13,9 @@ use crate::Test;
 use crate::support::{awkward_grid, chest_hu, classification, poses, projector, requests, volume};
 use crate::twin::{KINDS, conforms, conforms_with, worse};
 
-pub(super) const TESTS: [Test; 4] = [
+pub(super) const TESTS: [Test; 5] = [
     ("with_several_rays_per_pixel", with_several_rays_per_pixel),
+    ("with_the_box_s_edge_in_a_pixel", with_the_box_s_edge_in_a_pixel),
     ("of_different_and_of_equal_driving_axes", of_different_and_of_equal_driving_axes),
     ("with_spectral_tables_of_their_own", with_spectral_tables_of_their_own),
     ("with_early_exit", with_early_exit),
@@ -35,6 +36,25 @@ fn with_several_rays_per_pixel(backend: Backend) {
     }
     let scene = Scene { supersampling: 2, ..Scene::new(SIZE).expect("valid") };
     conforms_with(&KINDS, backend, "2 rays a side, float32", &Arc::new(float32), &scene, &views);
+}
+
+/// Of 256 rays a few miss: equal terms by the hundred, which must not be rounded all the same way.
+fn with_the_box_s_edge_in_a_pixel(backend: Backend) {
+    let grid = Grid::centred([100, 7, 100], DVec3::splat(2.0)).expect("valid");
+    let hu: Vec<i16> = (0..grid.voxel_count()).map(|i| if i % 100 == 0 { -2000 } else { 37 }).collect();
+    let volume = Arc::new(Volume::from_int16(grid, &hu, None, &classification()).expect("valid"));
+    let scene = Scene { supersampling: 16, ..Scene::new([1, 1]).expect("valid") };
+    for missing in [1.0, 4.0, 15.0] {
+        let x = -90.0 - missing;
+        let pose = DetectorPose {
+            source: DVec3::new(x, -1e6, 0.3),
+            first_pixel: DVec3::new(x, 1e3, 0.3),
+            column_step: 16.0 * DVec3::X,
+            row_step: 16.0 * DVec3::Z,
+        };
+        let name = format!("{missing} columns of rays beside the matter");
+        conforms_with(&KINDS, backend, &name, &volume, &scene, &requests([pose]));
+    }
 }
 
 /// One launch for all: its rays have one driving axis, or each has its own.

@@ -5,16 +5,17 @@ use std::sync::Arc;
 use drr::Scene;
 use drr::engine::{Backend, Layers, SILENT};
 use drr::geometry::{DetectorPose, Grid};
-use drr::physics::{Calibration, MassAttenuation, Thresholds};
+use drr::physics::{Calibration, DensitySegment, MassAttenuation, Thresholds};
 use drr::volume::{Classification, Volume};
 
 use crate::Test;
 use crate::support::{awkward_grid, chest_hu, classification, noise, poses, projector, requests};
 use crate::twin::{KINDS, conforms, conforms_with};
 
-pub(super) const TESTS: [Test; 6] = [
+pub(super) const TESTS: [Test; 7] = [
     ("with_one_material_with_two_and_with_eight", with_one_material_with_two_and_with_eight),
     ("with_every_calibration", with_every_calibration),
+    ("with_calibrations_of_ones_own", with_calibrations_of_ones_own),
     ("with_every_threshold_scheme", with_every_threshold_scheme),
     ("of_one_label", of_one_label),
     ("of_round_densities", of_round_densities),
@@ -79,6 +80,34 @@ fn classified(backend: Backend, calibration: &str, thresholds: &str) {
 fn with_every_calibration(backend: Backend) {
     for calibration in Calibration::names() {
         classified(backend, calibration, Thresholds::DEFAULT);
+    }
+}
+
+/// Curves that the built-in ones do not have: level, up and down, steeper above, with a jump.
+fn with_calibrations_of_ones_own(backend: Backend) {
+    let (grid, pose) = small();
+    let hu: Vec<i16> = (0..grid.voxel_count()).map(|i| (3900.0 * noise(i as u64) - 900.0) as i16).collect();
+    let line = |from: f64, to: f64, at_0: f64, slope: f64| DensitySegment {
+        first_hu: from,
+        end_hu: to,
+        intercept: at_0,
+        slope,
+    };
+    for (name, segments) in [
+        ("a level ceiling", vec![line(-1000.0, 100.0, 1.0, 1e-3), line(100.0, 1e4, 1.1, 0.0)]),
+        ("level", vec![line(-1000.0, 1e4, 1.0, 0.0)]),
+        ("up and down", vec![line(-1000.0, 1048.0, 1.0, 1e-3), line(1048.0, 1e4, 3.096, -1e-3)]),
+        ("steeper above", vec![line(-1000.0, 0.0, 1.0, 1e-3), line(0.0, 1e4, 1.0, 2e-3)]),
+        ("with a jump", vec![line(-1000.0, 0.0, 1.0, 1e-3), line(0.0, 1e4, 1.2, 1e-3)]),
+    ] {
+        let calibration = Calibration::new(name, segments).expect("valid");
+        let thresholds = Thresholds::named(Thresholds::DEFAULT).expect("built in");
+        let how = Classification { calibration, thresholds };
+        for labels in [None, Some(vec![2; hu.len()])] {
+            let volume = Volume::from_int16(grid, &hu, labels.as_deref(), &how).expect("valid");
+            let scene = Scene::new(SIZE).expect("valid");
+            conforms_with(&KINDS, backend, name, &Arc::new(volume), &scene, &requests([pose]));
+        }
     }
 }
 

@@ -123,5 +123,7 @@ pub(crate) fn relative_l2(x: &[f32], truth: &[f64]) -> f64 {
 /// Largest |x − truth| / |truth| over pixels where |truth| is above `floor`.
 pub(crate) fn max_relative(x: &[f32], truth: &[f64], floor: f64) -> f64 {
     let above = x.iter().zip(truth).filter(|(_, t)| t.abs() > floor);
-    above.map(|(&a, t)| ((f64::from(a) - t) / t).abs()).fold(0.0, f64::max)
+    // What is not a number is larger than any.
+    let larger = |a: f64, b: f64| if a >= b { a } else { b };
+    above.map(|(&a, t)| ((f64::from(a) - t) / t).abs()).fold(0.0, larger)
 }

@@ -38,6 +38,14 @@ unsafe impl Sync for Device {}
 /// The devices that are open: contexts on one share its programs and volumes.
 static DEVICES: LazyLock<Mutex<HashMap<usize, Weak<Device>>>> = LazyLock::new(Mutex::default);
 
+/// A device that fails when it is opened is none.
+fn not_there(error: Error) -> Error {
+    match error {
+        Error::Device(text) => Error::Unsupported(text),
+        other => other,
+    }
+}
+
 impl Device {
     /// The device at `index`, opened if it is not.
     ///
@@ -45,7 +53,7 @@ impl Device {
     /// `Unsupported`, with what is missing; `InvalidArgument` for an index beyond the last.
     pub(crate) fn open(index: usize) -> Result<Arc<Self>> {
         driver::start()?;
-        let count = checked("the number of GPUs", result::device::get_count())?;
+        let count = checked("the number of GPUs", result::device::get_count()).map_err(not_there)?;
         if count < 1 {
             return Err(Error::Unsupported("no NVIDIA GPU".into()));
         }
@@ -57,10 +65,7 @@ impl Device {
         if let Some(device) = devices.get(&index).and_then(Weak::upgrade) {
             return Ok(device);
         }
-        let device = Arc::new(Self::opened(ordinal).map_err(|error| match error {
-            Error::Device(text) => Error::Unsupported(text),
-            other => other,
-        })?);
+        let device = Arc::new(Self::opened(ordinal).map_err(not_there)?);
         devices.insert(index, Arc::downgrade(&device));
         Ok(device)
     }

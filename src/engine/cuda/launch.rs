@@ -1,6 +1,7 @@
 //! One launch of the kernel: some views of a job.
 
 use std::ffi::c_void;
+use std::mem::ManuallyDrop;
 
 use cudarc::driver::{result, sys};
 
@@ -36,6 +37,33 @@ fn packed(views: &Views) -> (Vec<u8>, [usize; 2]) {
     (bytes, [attenuation, first_beam])
 }
 
+/// Bytes of the host's that a stream is still to read: the driver need not take a copy of them. Those of a call that fails
+/// half-way are never given back, because whether the stream reads them is not known.
+struct Kept(ManuallyDrop<Vec<u8>>);
+
+impl Kept {
+    fn new(bytes: Vec<u8>) -> Self {
+        Self(ManuallyDrop::new(bytes))
+    }
+
+    fn bytes(&self) -> &[u8] {
+        &self.0
+    }
+
+    /// Gives them back once the stream has run what it holds now.
+    fn until(self, stream: sys::CUstream) -> Result<()> {
+        unsafe extern "C" fn give_back(bytes: *mut c_void) {
+            // SAFETY: made of a box below, for this one call.
+            drop(unsafe { Box::from_raw(bytes.cast::<Vec<u8>>()) });
+        }
+        let bytes = Box::into_raw(Box::new(ManuallyDrop::into_inner(self.0)));
+        // SAFETY: the function has the driver's signature and calls nothing of CUDA's; it gets the box once.
+        checked("the stream", unsafe {
+            result::stream::launch_host_function(stream, give_back, bytes.cast())
+        })
+    }
+}
+
 /// A stream that is waited for, and the moments before and after the kernel; or one of the caller's.
 pub(super) struct Queue<'a> {
     pub(super) stream: sys::CUstream,
@@ -59,9 +87,10 @@ impl Cuda {
         let pixels = self.prepared.size[0] * self.prepared.size[1] * views.beams.len();
         let (bytes, [attenuation, first_beam]) = packed(views);
         let lent = self.device.lend("a launch's views", bytes.len(), queue.stream, queue.current)?;
-        // SAFETY: lent for as many bytes. Of memory that is not page-locked the driver takes a copy during the call.
+        let kept = Kept::new(bytes);
+        // SAFETY: lent for as many bytes; these are kept until the stream has read them.
         checked("a launch's views", unsafe {
-            result::memcpy_htod_async(lent.address, &bytes, queue.stream)
+            result::memcpy_htod_async(lent.address, kept.bytes(), queue.stream)
         })?;
         if layers.bone_path {
             // A kernel for a volume without bone does not write it.
@@ -98,6 +127,6 @@ impl Cuda {
         if let Some((stream, [_, end])) = queue.clock {
             end.record(stream)?;
         }
-        Ok(())
+        kept.until(queue.stream)
     }
 }

@@ -149,6 +149,9 @@ impl DeviceVoxels {
                 let kink = intercept / (slope - upper_slope);
                 if largest <= kink {
                     made(0.0, 0.0, slope, 0.0)
+                } else if least >= kink && intercept.abs() > VALUES as f64 * upper_slope.abs() {
+                    // All but level: its line meets vacuum nowhere near.
+                    made(0.0, 0.0, upper_slope, intercept)
                 } else if least >= kink {
                     made(-intercept / upper_slope, 0.0, upper_slope, 0.0)
                 } else {
@@ -302,7 +305,13 @@ impl Values {
         let kink = |value: f64| (slope * value).min(intercept + upper_slope * value);
         Self::checked(Density::Line { slope }, &points, line, ROUNDING)
             .or_else(|| {
-                Self::checked(Density::Kink { slope, intercept, upper_slope }, &points, kink, ROUNDING)
+                // Stand-ins across the kink are by the mean of the slopes, which must not vanish.
+                let density = Density::Kink { slope, intercept, upper_slope };
+                if upper_slope < -0.5 * slope {
+                    None
+                } else {
+                    Self::checked(density, &points, kink, ROUNDING)
+                }
             })
             .unwrap_or_else(|| self.table())
     }

@@ -105,7 +105,7 @@ pub(crate) struct Launch {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) views: u32,
-    pub(super) millimetres: [[f32; 3]; 3],
+    pub(super) millimetres: [[Twofold; 3]; 3],
     pub(super) step: Twofold,
     pub(super) stand_in: [StandIn; 8],
     pub(super) scale: f32,
@@ -115,12 +115,12 @@ pub(crate) struct Launch {
 const _: () = {
     assert!(size_of::<Twofold>() == 8 && size_of::<Affine>() == 24);
     assert!(size_of::<Beam>() == 308 && align_of::<Beam>() == 4);
-    assert!(size_of::<Launch>() == 236 && align_of::<Launch>() == 4);
+    assert!(size_of::<Launch>() == 272 && align_of::<Launch>() == 4);
 };
 
-/// The columns of a matrix in float32.
-pub(super) fn columns(matrix: DMat3) -> [[f32; 3]; 3] {
-    matrix.to_cols_array_2d().map(|column| column.map(|x| x as f32))
+/// The columns of a matrix.
+pub(super) fn columns(matrix: DMat3) -> [[Twofold; 3]; 3] {
+    matrix.to_cols_array_2d().map(|column| column.map(Twofold::from))
 }
 
 #[cfg(test)]

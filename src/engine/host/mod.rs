@@ -3,6 +3,7 @@
 
 mod program;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -15,6 +16,9 @@ use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::volume::Volume;
 use program::{HostImages, HostSpectra, HostVoxels, Program};
+
+/// Most rays that one thread casts between two reports of its progress, unless a single pixel has more.
+const REPORTED: usize = 1024;
 
 /// The kernel on the host, ready for one scene and one volume.
 pub struct Host {
@@ -80,9 +84,13 @@ impl Engine for Host {
             let program = Program::of(&views.definitions)?;
             let images = HostImages::from_view(&mut images, n * at_once);
             let call = Call { engine: self, program, views: &views, images };
+            let piece = (REPORTED / self.prepared.rays_per_pixel).max(1);
             (0..some.len() * height).into_par_iter().try_for_each(|row| {
-                call.row(row / height, row % height);
-                job.progress.finished(width * self.prepared.rays_per_pixel)
+                (0..width).step_by(piece).try_for_each(|first| {
+                    let columns = first..(first + piece).min(width);
+                    call.pixels([row / height, row % height], columns.clone());
+                    job.progress.finished(columns.len() * self.prepared.rays_per_pixel)
+                })
             })?;
         }
         Ok(images)
@@ -98,7 +106,7 @@ struct Call<'a> {
 }
 
 impl Call<'_> {
-    fn row(&self, view: usize, row: usize) {
+    fn pixels(&self, view_and_row: [usize; 2], columns: Range<usize>) {
         let spectra = HostSpectra {
             weight: self.views.spectra.weights.as_ptr(),
             attenuation: self.views.spectra.attenuation.as_ptr(),
@@ -112,9 +120,9 @@ impl Call<'_> {
                 HostVoxels([density.as_ptr().cast(), label.as_ptr().cast(), occupied])
             }
         };
-        // SAFETY: the arrays are as long as the launch says, and outlive the call; a row is written by one call only.
+        // SAFETY: the arrays are as long as the launch says, and outlive the call; a pixel is written by one call only.
         unsafe {
-            self.program.project_row(self.views, &voxels, &spectra, &self.images, view as u32, row as u32);
+            self.program.project(self.views, &voxels, &spectra, &self.images, view_and_row, columns);
         }
     }
 }

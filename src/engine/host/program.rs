@@ -2,6 +2,7 @@
 
 use std::ffi::c_void;
 use std::io::Write as _;
+use std::ops::Range;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::{Arc, LazyLock};
@@ -61,6 +62,8 @@ type Project = unsafe extern "C" fn(
     *const HostImages,
     u32,
     u32,
+    u32,
+    u32,
 );
 
 /// A loaded kernel.
@@ -95,22 +98,33 @@ impl Program {
         Ok(Self { project, _library: library })
     }
 
-    /// Projects one row of one view.
+    /// Projects some pixels of one row of one view.
     ///
     /// # Safety
-    /// Voxels, tables and images are as long as the views' launch says; nobody else reads or writes that row.
-    pub(super) unsafe fn project_row(
+    /// Voxels, tables and images are as long as the views' launch says; nobody else reads or writes these pixels.
+    pub(super) unsafe fn project(
         &self,
         views: &Views,
         voxels: &HostVoxels,
         spectra: &HostSpectra,
         images: &HostImages,
-        view: u32,
-        row: u32,
+        [view, row]: [usize; 2],
+        columns: Range<usize>,
     ) {
+        let [view, row, first, end] = [view, row, columns.start, columns.end].map(|n| n as u32);
         // SAFETY: by the caller's promise; the kernel was compiled for these views' definitions.
         unsafe {
-            (self.project)(&raw const views.launch, views.beams.as_ptr(), voxels, spectra, images, view, row);
+            (self.project)(
+                &raw const views.launch,
+                views.beams.as_ptr(),
+                voxels,
+                spectra,
+                images,
+                view,
+                row,
+                first,
+                end,
+            );
         }
     }
 }

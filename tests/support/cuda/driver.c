@@ -273,6 +273,12 @@ int cuMemsetD8Async(Address to, unsigned char byte, size_t size, void *stream) {
     memset((void *)(uintptr_t)to, byte, size);
     return SUCCESS;
 }
+int cuLaunchHostFunc(void *stream, void (*function)(void *), void *data) {
+    IN_CONTEXT();
+    (void)stream;
+    function(data);
+    return SUCCESS;
+}
 
 /* The image is a path, made by compiler.c. */
 int cuModuleLoadData(void **place, const void *image) {
