@@ -152,7 +152,7 @@ static void mu_lut_at_one_energy(Given *g) {
 #define LUT_SETTING_ROW(f, field, kind, setting, value, valid)                                                       \
     {f, "views[1]." field, kind, setting, NOTHING, INVALID, "views[1]." field value, valid}
 #define WHERE_RANGE "−1e10 … 1e10 mm"
-#define UNIFORMS_ROWS(f)                                                                                             \
+#define MATRIX_ROWS(f)                                                                                               \
     POINTER_ROWS(f, views, views, "16 bytes"),                                                                       \
     ENTRY_ROW(f, NULL, 0, "column 0, row 0", "NaN", NAN, "NaN", "finite numbers"),                                   \
     ENTRY_ROW(f, NULL, 6, "column 1, row 2", "+Inf", INFINITY, "inf", "finite numbers"),                             \
@@ -167,7 +167,8 @@ static void mu_lut_at_one_energy(Given *g) {
     SOURCE_ROW(f, y, "+Inf", INFINITY, "", ", inf, "),                                                               \
     SOURCE_ROW(f, z, "-Inf", -INFINITY, "", ", -inf]; valid: " WHERE_RANGE),                                         \
     SOURCE_ROW(f, x, "huge", 2e10f, "2e10, ", WHERE_RANGE),                                                          \
-    SOURCE_ROW(f, x, "inconsistent", 100.0f, "100, ", "the point that modelViewProjectionMatrix sends to (0, 0, *, 0)"),\
+    SOURCE_ROW(f, x, "inconsistent", 100.0f, "100, ", "the point that modelViewProjectionMatrix sends to (0, 0, *, 0)")
+#define LUT_ROWS(f)                                                                                                  \
     LUT_SETTING_ROW(f, "spectrumLutAddress", "misaligned", spectrum_lut_askew, " is 0x", "aligned to 4 bytes"),      \
     LUT_ROW(f, "spectrumLutAddress", spectrum_lut, spectrum[7], "[7]", "negative", -1.0f, "-1", WEIGHT_RANGE),       \
     LUT_ROW(f, "spectrumLutAddress", spectrum_lut, spectrum[135], "[135]", "NaN", NAN, "NaN", WEIGHT_RANGE),         \
@@ -188,14 +189,16 @@ static void mu_lut_at_one_energy(Given *g) {
 
 static const Row projection_rows[] = {
     PROJECTION_ROWS(&project, outputs, "4 bytes"),
-    UNIFORMS_ROWS(&project),
+    MATRIX_ROWS(&project),
+    LUT_ROWS(&project),
 
     PROJECTION_ROWS(&project_poses, outputs, "4 bytes"),
     POINTER_ROWS(&project_poses, poses, poses, "8 bytes"),
     POSE_ROWS(&project_poses, "poses[1]"),
 
     ENCODING_ROWS(&encode),
-    UNIFORMS_ROWS(&encode),
+    /* Tables that this engine has no queue for are not looked at. */
+    MATRIX_ROWS(&encode),
 
     ENCODING_ROWS(&encode_poses),
     POINTER_ROWS(&encode_poses, poses, poses, "8 bytes"),

@@ -115,9 +115,13 @@ pub unsafe extern "C" fn drr_projector_encode(
     outputs: *const DrrDeviceOutputs,
 ) -> DrrStatus {
     let mut tables = Tables::default();
-    // SAFETY: a view's tables are the C caller's, as described, and stay as they are during the call.
-    let request = |value: &ProjectorValue, view: &ProjectionUniforms| unsafe {
-        uniforms_request(&mut tables, value, view)
+    let request = |value: &ProjectorValue, view: &ProjectionUniforms| {
+        if [view.spectrumLutAddress, view.muLutAddress] != [0, 0] {
+            // The addresses may be a device's, which an engine without one cannot read.
+            value.projector.context().check_queues()?;
+        }
+        // SAFETY: a view's tables are the C caller's, as described, and stay as they are during the call.
+        unsafe { uniforms_request(&mut tables, value, view) }
     };
     // SAFETY: the C caller's promises are the same.
     guard(|| unsafe { encode(projector, "views", views, view_count, queue, outputs, request) })
@@ -150,8 +154,6 @@ unsafe fn encode<V: Copy>(
 ) -> Result<()> {
     // SAFETY: the C caller passes a handle that stays alive during the call.
     let value = unsafe { handle::borrow("projector", projector)? };
-    // Before views are read: their LUT addresses may be a device's, which only its engine can read.
-    value.projector.context().check_queues()?;
     // SAFETY: the C caller passes a struct of the size that it says.
     let outputs = unsafe { options::read("outputs", outputs)? }.checked(&value, view_count)?;
     // SAFETY: the C caller passes `view_count` views.

@@ -135,7 +135,9 @@ impl Header {
                 let fields = parameter.input().and_then(|pointee| self.structs.get(pointee));
                 for field in fields.into_iter().flatten() {
                     let argument = format!("{}.{}", parameter.name, field.name);
-                    let fallible = !ANYTHING_GOES.contains(&field.name.as_str());
+                    // The rows run on an engine without queues, which does not look at a device's addresses.
+                    let unseen = function == "drr_projector_encode" && field.ctype == "DrrAddress";
+                    let fallible = !unseen && !ANYTHING_GOES.contains(&field.name.as_str());
                     let kinds = if fallible { field.kinds_of_field() } else { &[] };
                     for kind in kinds {
                         demand(&argument, kind);
