@@ -59,6 +59,7 @@ impl Definitions {
     }
 
     /// And with the specification's own loop.
+    #[cfg(any(test, feature = "cuda", target_vendor = "apple"))]
     pub(crate) fn with_specification_loop(&self) -> Self {
         let mut all = self.0.clone();
         all.push(("DRR_SPECIFICATION_LOOP", 1));
