@@ -191,14 +191,15 @@ fn check_source(projection: &Projection, grid: &Grid) -> Result<()> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use glam::{DAffine3, DMat3, DMat4};
 
     use super::*;
 
     const SIZE: [usize; 2] = [37, 22];
 
-    fn oblique_grid() -> Grid {
+    /// Anisotropic voxels on axes that lie askew in the world.
+    pub(in crate::raycast) fn oblique_grid() -> Grid {
         let columns = DMat3::from_cols(
             DVec3::new(-0.7, 0.02, 0.0),
             DVec3::new(0.05, 0.69, 0.1),

@@ -52,24 +52,15 @@ pub(crate) struct Lines {
 
 #[cfg(test)]
 mod tests {
-    use glam::{DAffine3, DMat3, DMat4, DVec4};
+    use glam::{DMat4, DVec4};
 
     use super::*;
     use crate::geometry::{DetectorPose, Grid, Projection, View};
     use crate::raycast::Beam;
+    use crate::raycast::beam::tests::oblique_grid;
     use crate::raycast::ray::TRANSVERSE;
 
     const SIZE: [usize; 2] = [37, 22];
-
-    fn oblique_grid() -> Grid {
-        let columns = DMat3::from_cols(
-            DVec3::new(-0.7, 0.02, 0.0),
-            DVec3::new(0.05, 0.69, 0.1),
-            DVec3::new(0.0, 0.3, 2.5),
-        );
-        Grid::new([64, 48, 33], DAffine3 { matrix3: columns, translation: DVec3::new(30.0, -12.0, 7.0) })
-            .expect("valid")
-    }
 
     /// Holds the rays in closed form to those that are made one by one.
     fn same(name: &str, view: View, grid: &Grid) {
