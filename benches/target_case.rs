@@ -58,7 +58,7 @@ fn target_case(criterion: &mut Criterion) {
     let views: Vec<ViewRequest> = pair.into_iter().map(|pose| View::Pose(pose).into()).collect();
     let only = Layers { intensity: true, ..Layers::default() };
     for algorithm in [Algorithm::Joseph, Algorithm::Siddon, Algorithm::March { step: 0.5 }] {
-        let scene = Scene { algorithm, ..Scene::new(SIZE).expect("valid") };
+        let scene = Scene { method: algorithm.into(), ..Scene::new(SIZE).expect("valid") };
         let projector = Projector::new(&context, volume.clone(), scene).expect("valid");
         group.bench_function(format!("two views, {}", algorithm.name()), |bencher| {
             bencher.iter(|| projector.project(&views, only, SILENT).expect("projects"));

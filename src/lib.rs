@@ -46,6 +46,7 @@ pub mod error;
 #[cfg(feature = "formats")]
 pub mod formats;
 pub mod geometry;
+mod method;
 pub mod phantom;
 pub mod physics;
 pub mod plan;
@@ -56,8 +57,9 @@ pub mod shared;
 pub mod volume;
 
 pub use error::{Error, Result};
+pub use method::{Accumulation, Algorithm, Energies, Method, STEP_RANGE, Storage};
 pub use projector::{Context, MAX_THREADS, Projector, ViewRequest};
-pub use scene::{Algorithm, MAX_DETECTOR, MAX_SUPERSAMPLING, STEP_RANGE, Scene};
+pub use scene::{MAX_DETECTOR, MAX_SUPERSAMPLING, Scene};
 
 /// The library's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

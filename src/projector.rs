@@ -16,10 +16,11 @@ use crate::engine::{
 };
 use crate::error::{Error, Result};
 use crate::geometry::View;
+use crate::method::Algorithm;
 use crate::physics::SpectralModel;
 use crate::plan::Plan;
 use crate::raycast::Beam;
-use crate::scene::{Algorithm, Scene, check_i0};
+use crate::scene::{Scene, check_i0};
 use crate::shared::DrrAddress;
 use crate::volume::Volume;
 
@@ -162,7 +163,7 @@ impl Projector {
         let plan = Plan::new(&scene, &volume, context.backend)?;
         let engine: Box<dyn Engine> = match context.backend {
             Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan)?),
-            Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.algorithm)?),
+            Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.method.algorithm)?),
             #[cfg(feature = "host")]
             Backend::Host => Box::new(context.install(|| Host::new(&volume, &scene, &plan))?),
             _ => context.install(|| context.device.engine(&volume, &scene, &plan))?,

@@ -1,16 +1,13 @@
 //! What is to be simulated. Data only: a scene knows no engine.
 
-use serde::Serialize;
-
 use crate::error::{Error, Result};
+use crate::method::{Algorithm, Method};
 use crate::physics::{MassAttenuation, SpectralModel, Spectrum};
 
 /// Largest detector side, pixels.
 pub const MAX_DETECTOR: usize = 1 << 15;
 /// Largest supersampling factor per side.
 pub const MAX_SUPERSAMPLING: usize = 16;
-/// Smallest and largest march step, voxels along the driving axis.
-pub const STEP_RANGE: [f64; 2] = [1.0 / 64.0, 8.0];
 
 /// Images are float32: the signal of a ray that meets nothing must fit.
 pub(crate) fn check_i0(i0: f64) -> Result<()> {
@@ -19,46 +16,6 @@ pub(crate) fn check_i0(i0: f64) -> Result<()> {
         return Err(Error::invalid("spectrum's sum", format!("{i0:e}"), valid));
     }
     Ok(())
-}
-
-/// How the line integral through the voxels is taken.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Algorithm {
-    /// One bilinear sample per slice of the driving axis (Joseph, IEEE TMI 1(3), 192, 1982).
-    Joseph,
-    /// Trilinear samples at equal steps, given in voxels along the driving axis.
-    March {
-        /// Step, voxels; see [`STEP_RANGE`].
-        step: f64,
-    },
-    /// Exact lengths through voxels of constant value (Siddon, Med Phys 12(2), 252, 1985).
-    Siddon,
-    /// The interpolated field integrated exactly, cell by cell. Reference engine only.
-    Exact,
-}
-
-impl Algorithm {
-    /// Checks the parameters' ranges.
-    pub fn validate(self) -> Result<()> {
-        match self {
-            Self::March { step } if !(STEP_RANGE[0]..=STEP_RANGE[1]).contains(&step) => {
-                let valid = format!("{} … {} voxels", STEP_RANGE[0], STEP_RANGE[1]);
-                Err(Error::invalid("scene.step_voxels", step, valid))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// The name on command lines and in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Joseph => "joseph",
-            Self::March { .. } => "march",
-            Self::Siddon => "siddon",
-            Self::Exact => "exact",
-        }
-    }
 }
 
 /// What is to be simulated, and how exactly rays are cast.
@@ -71,8 +28,8 @@ pub struct Scene {
     pub spectrum: Spectrum,
     /// Mass attenuation coefficients; the material at index m has label m. On the spectrum's grid.
     pub materials: MassAttenuation,
-    /// How line integrals are taken.
-    pub algorithm: Algorithm,
+    /// How it is computed.
+    pub method: Method,
     /// n×n rays per pixel, their intensities averaged; 1 is one ray through the pixel's centre.
     pub supersampling: usize,
     /// The label whose path length the `bone_path` layer measures; `None`: the layer cannot be asked for.
@@ -89,7 +46,7 @@ impl Scene {
             detector: size,
             spectrum,
             materials,
-            algorithm: Algorithm::Joseph,
+            method: Algorithm::Joseph.into(),
             supersampling: 1,
             bone: Some(3),
         };
@@ -110,7 +67,7 @@ impl Scene {
                 format!("1 … {MAX_SUPERSAMPLING}"),
             ));
         }
-        self.algorithm.validate()?;
+        self.method.validate()?;
         let count = self.materials.names().len();
         if let Some(bone) = self.bone.filter(|&bone| usize::from(bone) >= count) {
             return Err(Error::invalid("scene.bone_material", bone, format!("0 … {}", count - 1)));

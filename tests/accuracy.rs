@@ -29,7 +29,7 @@ fn water_cylinder_rmse_hu(dimensions: [usize; 3], algorithm: Algorithm) -> f64 {
     let grid = phantom.grid(dimensions).expect("valid");
     let size = [dimensions[0], dimensions[0]];
     let pair = DetectorPose::stereo_pair(&grid, 1000.0, 1500.0, 648.0 / size[0] as f64, size);
-    let scene = Scene { algorithm, ..Scene::new(size).expect("valid") };
+    let scene = Scene { method: algorithm.into(), ..Scene::new(size).expect("valid") };
     let spectral = scene.spectral_model().expect("valid");
     let images = projector(Backend::Cpu, &voxels(&phantom, grid), scene)
         .project(&requests(pair), LINE_INTEGRAL, SILENT)

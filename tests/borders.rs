@@ -38,7 +38,7 @@ fn soft_tissue(
     size: [usize; 2],
     views: &[ViewRequest],
 ) -> Vec<f32> {
-    let scene = Scene { algorithm: how.1, ..Scene::new(size).expect("valid") };
+    let scene = Scene { method: how.1.into(), ..Scene::new(size).expect("valid") };
     let images = projector(how.0, volume, scene).project(views, Layers::ALL, SILENT).expect("projects");
     (0..views.len()).flat_map(|view| images.areal_density(view, 2).to_vec()).collect()
 }
@@ -136,7 +136,7 @@ fn vacuum_beside_bone_is_never_negative() {
         let x = 1.0 - 1e-9 * f64::from(step);
         let beside = DVec3::new(x, 0.0, 1.0);
         for algorithm in [Algorithm::Joseph, Algorithm::March { step: 0.5 }] {
-            let scene = Scene { algorithm, ..Scene::new([1, 1]).expect("valid") };
+            let scene = Scene { method: algorithm.into(), ..Scene::new([1, 1]).expect("valid") };
             let images = projector(Backend::Cpu, &volume, scene).project(
                 &[along(1, beside).into()],
                 Layers::ALL,
@@ -225,7 +225,7 @@ fn bone_path_is_length_by_label_whatever_the_density() {
     let pose = DetectorPose::c_arm(DVec3::ZERO, 0.0, 1000.0, 1500.0, 1.0, [9, 9]);
     for volume in [volume, dense] {
         for how in every_algorithm() {
-            let scene = Scene { algorithm: how.1, ..Scene::new([9, 9]).expect("valid") };
+            let scene = Scene { method: how.1.into(), ..Scene::new([9, 9]).expect("valid") };
             let images = projector(how.0, &volume, scene)
                 .project(&requests([pose]), Layers::ALL, SILENT)
                 .expect("projects");
@@ -249,6 +249,6 @@ fn a_step_out_of_range_is_refused_also_by_the_reference() {
         let error =
             projector.reference(algorithm, &requests([pose]), Layers::ALL, SILENT).expect_err("out of range");
         assert!(error.to_string().starts_with("scene.step_voxels is "), "{error}");
-        assert!(Scene { algorithm, ..scene.clone() }.validate().is_err());
+        assert!(Scene { method: algorithm.into(), ..scene.clone() }.validate().is_err());
     }
 }

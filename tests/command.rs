@@ -315,7 +315,7 @@ fn plan_says_what_would_run() {
     assert!(text.contains("ray march") && text.contains("because"), "{text}");
     let json = succeed(folder.path(), &[&["plan", "--json", "--algorithm", "siddon"], &RAW[..]].concat());
     let plan: serde_json::Value = serde_json::from_str(&json).expect("JSON");
-    assert_eq!(plan["algorithm"], "siddon");
+    assert_eq!(plan["method"]["algorithm"], "siddon");
     assert_eq!(files(folder.path()).len(), 4, "a plan writes nothing");
 }
 

@@ -114,7 +114,7 @@ fn stops_in_time(spectrum: &Spectrum, material: &str, algorithm: Algorithm) {
     // At a quarter of a g/cm³ a rod has depth 15.
     let mm = 10.0 * 15.0 / least(spectrum, material) / (0.25 * LENGTH as f64);
     let (volume, view) = rods(DEPTHS.len(), mm, |row, _| (0.25 * DEPTHS[row], 0));
-    let scene = Scene { algorithm, ..scene(DEPTHS.len(), spectrum, &[material]) };
+    let scene = Scene { method: algorithm.into(), ..scene(DEPTHS.len(), spectrum, &[material]) };
     let projector = projector(Backend::Cpu, &volume, scene);
     let name = format!("{}, {material}, {algorithm:?}", spectrum.name());
     let changed = changed(&name, &both(&projector, view, None, INTENSITY), spectrum.total());
@@ -267,7 +267,7 @@ fn no_other_layer_shows_it() {
         let scene = Scene {
             detector: size,
             supersampling,
-            algorithm,
+            method: algorithm.into(),
             ..scene(1, &spectrum, &names[..usize::from(count)])
         };
         let projector = projector(Backend::Cpu, &Arc::new(volume.expect("valid")), scene);

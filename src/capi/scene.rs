@@ -6,8 +6,9 @@ use crate::capi::memory;
 use crate::capi::options::{self, Options};
 use crate::capi::status::DrrStatus;
 use crate::error::{Error, Result};
+use crate::method::Algorithm;
 use crate::physics::{DetectorResponse, EnergyGrid, MAX_MATERIALS, MassAttenuation, Spectrum};
-use crate::scene::{Algorithm, Scene};
+use crate::scene::Scene;
 
 /// What a scene simulates: DRR_EFFECT bits. Unknown bits are refused.
 pub type DrrEffects = u32;
@@ -161,7 +162,7 @@ impl DrrScene {
             detector: [self.detector_width, self.detector_height],
             spectrum,
             materials,
-            algorithm: algorithm(self.algorithm, self.step_voxels).map_err(|error| error.of("scene"))?,
+            method: algorithm(self.algorithm, self.step_voxels).map_err(|error| error.of("scene"))?.into(),
             supersampling: self.supersampling as usize,
             bone,
         };

@@ -10,9 +10,10 @@ use serde::Serialize;
 
 use crate::engine::Backend;
 use crate::error::{Error, Result};
+use crate::method::{Accumulation, Algorithm, Method, Storage};
 use crate::physics::MassAttenuation;
-use crate::scene::{Algorithm, Scene};
-use crate::volume::Volume;
+use crate::scene::Scene;
+use crate::volume::{Volume, Voxels};
 
 /// A projector's plan: a pure function of scene and volume. It prints as text and serialises as JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -25,8 +26,8 @@ pub struct Plan {
     pub detector: [usize; 2],
     /// Voxels along i, j, k.
     pub volume: [usize; 3],
-    /// How line integrals are taken.
-    pub algorithm: Algorithm,
+    /// How it is computed.
+    pub method: Method,
     /// Rays per pixel side.
     pub supersampling: usize,
     /// The materials that get an accumulator; the others cannot attenuate in this volume.
@@ -60,9 +61,7 @@ impl Plan {
     pub fn new(scene: &Scene, volume: &Volume, engine: Backend) -> Result<Self> {
         scene.validate()?;
         engine.check_reads(volume)?;
-        if engine != Backend::Reference && scene.algorithm == Algorithm::Exact {
-            return Err(Error::Unsupported("algorithm exact runs on the reference engine only".into()));
-        }
+        Self::check_method(scene.method, volume, engine)?;
         let names = scene.materials.names();
         let labelled = volume.materials().iter().rposition(|m| m.labelled).unwrap_or(0);
         if labelled >= names.len() {
@@ -83,7 +82,7 @@ impl Plan {
             engine,
             detector: scene.detector,
             volume: volume.grid().dimensions(),
-            algorithm: scene.algorithm,
+            method: scene.method,
             supersampling: scene.supersampling,
             energy_bins: scene.spectral_model()?.bins(),
             block: Self::block(engine, volume),
@@ -94,6 +93,27 @@ impl Plan {
         plan.stages = stage::stages(&plan, scene, volume);
         plan.omissions = stage::omissions(&plan, scene, volume);
         Ok(plan)
+    }
+
+    /// # Errors
+    /// `Unsupported` when the engine does not have the method.
+    fn check_method(method: Method, volume: &Volume, engine: Backend) -> Result<()> {
+        let lacks = |what: String| Err(Error::Unsupported(what));
+        if engine != Backend::Reference && method.algorithm == Algorithm::Exact {
+            return lacks("algorithm exact runs on the reference engine only".into());
+        }
+        if engine != Backend::Cpu && method.accumulation != Accumulation::Blocked {
+            return lacks(format!("the engine {} has blocked sums only", engine.name()));
+        }
+        if method.storage == Storage::Byte {
+            if engine != Backend::Cpu {
+                return lacks(format!("the engine {} does not have 8-bit voxels", engine.name()));
+            }
+            if !matches!(volume.voxels(), Voxels::Coded { .. }) {
+                return lacks("8-bit voxels are made of integer HU only".into());
+            }
+        }
+        Ok(())
     }
 
     /// As measured on an H100 (`benches/README.md`); for Apple's GPUs the specification's.
@@ -131,7 +151,7 @@ impl Plan {
     /// Most samples of the volume that one ray can take.
     pub fn samples_per_ray(&self) -> usize {
         let slices = self.volume.iter().copied().max().unwrap_or(0) as f64;
-        match self.algorithm {
+        match self.method.algorithm {
             Algorithm::Joseph => slices as usize,
             Algorithm::March { step } => (slices / step).ceil() as usize,
             // A slab of the driving axis holds at most three voxels of a ray.

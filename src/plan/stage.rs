@@ -3,8 +3,9 @@
 use serde::Serialize;
 
 use crate::engine::Backend;
+use crate::method::Algorithm;
 use crate::plan::Plan;
-use crate::scene::{Algorithm, Scene};
+use crate::scene::Scene;
 use crate::volume::Volume;
 
 /// Something that runs.
@@ -84,7 +85,7 @@ pub(super) fn stages(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Stage> 
 }
 
 fn march(plan: &Plan, rays: usize) -> Stage {
-    let what = match plan.algorithm {
+    let what = match plan.method.algorithm {
         Algorithm::Joseph => "Joseph: one bilinear sample per slice of the driving axis".into(),
         Algorithm::March { step } => format!("trilinear march, step {step} voxels along the driving axis"),
         Algorithm::Siddon => "Siddon: exact lengths through constant voxels".into(),

@@ -85,6 +85,7 @@ fn a_volume_in_a_texture_may_hold_every_material_and_is_for_metal_alone() {
         assert!(matches!(&error, Error::Unsupported(text) if text.contains(backend.name())), "{error}");
     }
     // The truth that images of another engine are measured against.
-    let error = Reference::new(volume, &scene, scene.algorithm).err().expect("it cannot read textures");
+    let error =
+        Reference::new(volume, &scene, scene.method.algorithm).err().expect("it cannot read textures");
     assert!(matches!(error, Error::Unsupported(_)), "{error}");
 }

@@ -23,7 +23,7 @@ pub(super) const TESTS: [Test; 4] = [
 const SIZE: [usize; 2] = [37, 23];
 
 fn scene(algorithm: Algorithm) -> Scene {
-    Scene { algorithm, ..Scene::new(SIZE).expect("valid") }
+    Scene { method: algorithm.into(), ..Scene::new(SIZE).expect("valid") }
 }
 
 /// The bits of every layer; an empty one is as long as none.
@@ -97,7 +97,11 @@ fn same_whatever_is_asked(
         let asked = [intensity, line_integral, areal_density, bone_path];
         for layer in 0..4 {
             let expected = if asked[layer] { &all[layer][..] } else { &[] };
-            assert!(some[layer] == expected, "{:?}, {layers:?}: layer {layer}", projector.scene().algorithm);
+            assert!(
+                some[layer] == expected,
+                "{:?}, {layers:?}: layer {layer}",
+                projector.plan().method.algorithm
+            );
         }
     }
 }

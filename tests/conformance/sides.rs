@@ -92,8 +92,11 @@ pub(super) fn a_tie_of_driving_axes_is_no_jump() {
     let volume = volume(grid);
     let arm = |angle| DetectorPose::c_arm(DVec3::new(0.1, 0.2, 0.3), angle, 300.0, 500.0, 1.0, [1, 9]);
     for algorithm in [Algorithm::Joseph, Algorithm::Siddon, Algorithm::Exact] {
-        let reference =
-            projector(Backend::Reference, &volume, Scene { algorithm, ..Scene::new([1, 9]).expect("valid") });
+        let reference = projector(
+            Backend::Reference,
+            &volume,
+            Scene { method: algorithm.into(), ..Scene::new([1, 9]).expect("valid") },
+        );
         let images = reference.reference(
             algorithm,
             &requests([45.0 - 1e-9, 45.0 + 1e-9].map(arm)),

@@ -53,7 +53,7 @@ pub(super) fn conforms_with(
 ) {
     let layers = Layers { bone_path: scene.bone.is_some(), ..Layers::ALL };
     for &algorithm in algorithms {
-        let projector = projector(backend, volume, Scene { algorithm, ..scene.clone() });
+        let projector = projector(backend, volume, Scene { method: algorithm.into(), ..scene.clone() });
         let fast = projector.project(views, layers, SILENT).expect("projects");
         let truth = projector.reference(algorithm, views, layers, SILENT).expect("projects");
         let name = format!("{algorithm:?}, {name}");

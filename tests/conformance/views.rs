@@ -100,7 +100,11 @@ fn giant(size: [usize; 2]) -> (Arc<Volume>, View) {
 fn with_early_exit(backend: Backend) {
     let (volume, view) = giant(SIZE);
     for algorithm in KINDS {
-        let projector = projector(backend, &volume, Scene { algorithm, ..Scene::new(SIZE).expect("valid") });
+        let projector = projector(
+            backend,
+            &volume,
+            Scene { method: algorithm.into(), ..Scene::new(SIZE).expect("valid") },
+        );
         for bone_path in [false, true] {
             let layers = Layers { intensity: true, bone_path, ..Layers::default() };
             let [stopped, whole] = with_and_without(&projector, view, layers);

@@ -158,7 +158,8 @@ fn of_vacuum(backend: Backend) {
     let volume = Volume::from_int16(grid, &vec![-2000; labels.len()], Some(&labels), &classification());
     let volume = Arc::new(volume.expect("valid"));
     for algorithm in KINDS {
-        let projector = projector(backend, &volume, Scene { algorithm, ..scene(&EIGHT[..4], Some(3)) });
+        let projector =
+            projector(backend, &volume, Scene { method: algorithm.into(), ..scene(&EIGHT[..4], Some(3)) });
         let images = projector.project(&requests([pose]), Layers::ALL, SILENT).expect("projects");
         let truth = projector.reference(algorithm, &requests([pose]), Layers::ALL, SILENT).expect("projects");
         let i0 = projector.scene().spectrum.total() as f32;

@@ -153,7 +153,7 @@ impl Case {
         });
         let scene = Scene {
             detector: self.size,
-            algorithm: self.algorithm,
+            method: self.algorithm.into(),
             bone: Some(self.bone),
             ..DEFAULT.clone()
         };
@@ -218,7 +218,7 @@ impl Case {
 pub(crate) fn run(projector: &Projector, views: &[ViewRequest], layers: Layers) -> Images<f64> {
     match projector.plan().engine {
         Backend::Reference => {
-            projector.reference(projector.scene().algorithm, views, layers, SILENT).expect("projects")
+            projector.reference(projector.plan().method.algorithm, views, layers, SILENT).expect("projects")
         }
         _ => projector.project(views, layers, SILENT).expect("projects").map(|&x| f64::from(x)),
     }

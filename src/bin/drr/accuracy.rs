@@ -6,7 +6,6 @@ use drr::geometry::DetectorPose;
 use drr::{Algorithm, Projector};
 
 use crate::inputs::Setup;
-use crate::method::describe;
 use crate::views::Views;
 
 /// Rays that are cast again, over all views.
@@ -55,7 +54,7 @@ impl Accuracy {
         let sample = sample(views);
         let mut scene = projector.scene().clone();
         (scene.detector, scene.supersampling) = (sample.size, 1);
-        let algorithm = scene.algorithm;
+        let algorithm = scene.method.algorithm;
         let projector = Projector::new(&setup.context, projector.volume().clone(), scene)?;
         let layers = Layers { line_integral: true, ..Layers::default() };
         let requests = sample.requests();
@@ -104,7 +103,7 @@ impl std::fmt::Display for Accuracy {
             self.floor
         )?;
         let rows = [
-            (format!("rounding, against {} in float64", describe(self.algorithm)), self.rounding),
+            (format!("rounding, against {} in float64", self.algorithm), self.rounding),
             ("in all, against the exact integral of the interpolated voxels".into(), self.total),
         ];
         for (i, (what, difference)) in rows.into_iter().enumerate() {

@@ -28,7 +28,7 @@ impl Effort {
                     looked_at += 1;
                     let ray = beam.ray(i as f64, j as f64);
                     let slices = ray.clip(grid.dimensions()).map_or(0.0, |span| span.leave - span.enter);
-                    samples += slices * samples_per_slice(&ray, projector.scene().algorithm);
+                    samples += slices * samples_per_slice(&ray, projector.plan().method.algorithm);
                 }
             }
         }

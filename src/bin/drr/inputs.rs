@@ -58,7 +58,7 @@ impl Setup<'_> {
             detector: size,
             spectrum: self.physics.spectrum.clone(),
             materials: self.physics.materials.clone(),
-            algorithm: self.algorithm,
+            method: self.algorithm.into(),
             supersampling: self.inputs.method.supersample,
             bone: self.physics.bone,
         };

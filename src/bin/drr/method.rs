@@ -106,11 +106,3 @@ impl EngineName {
         }
     }
 }
-
-/// An algorithm with its parameters, in words.
-pub(crate) fn describe(algorithm: Algorithm) -> String {
-    match algorithm {
-        Algorithm::March { step } => format!("march, step {step} voxels"),
-        other => other.name().into(),
-    }
-}

@@ -10,7 +10,6 @@ use drr::formats::{ExrImage, radiograph, write_exr, write_png_gray8, write_raw_f
 use glam::DVec3;
 
 use crate::inputs::Setup;
-use crate::method::describe;
 use crate::physics::file_name;
 use crate::views::Views;
 
@@ -175,7 +174,7 @@ impl Output<'_> {
             ("materials", scene.materials.names().join(", ")),
             ("calibration", physics.classification.calibration.name().into()),
             ("thresholds", physics.classification.thresholds.name().into()),
-            ("algorithm", describe(scene.algorithm)),
+            ("algorithm", self.projector.plan().method.to_string()),
             ("supersampling", scene.supersampling.to_string()),
             ("engine", self.setup.context.backend().name().into()),
         ]

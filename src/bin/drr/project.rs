@@ -15,7 +15,6 @@ use crate::accuracy::Accuracy;
 use crate::console::Console;
 use crate::effort::Effort;
 use crate::inputs::Inputs;
-use crate::method::describe;
 use crate::output::{LayerName, Output, Rendered, layers, prepare};
 use crate::value::{prefixed, seconds};
 
@@ -72,7 +71,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         seconds(loading),
         views.poses.len(),
         seconds(projecting),
-        describe(projector.scene().algorithm),
+        projector.plan().method,
         setup.context.backend().name(),
         setup.context.threads(),
         prefixed(effort.rays / projecting),
@@ -120,7 +119,7 @@ fn render(
     };
     let rendered = match backend {
         Backend::Reference => {
-            let algorithm = projector.scene().algorithm;
+            let algorithm = projector.plan().method.algorithm;
             Rendered::Double(projector.reference(algorithm, views, layers, &progress)?)
         }
         _ => Rendered::Single(projector.project(views, layers, &progress)?),

@@ -17,10 +17,11 @@ use crate::allocation::filled;
 use crate::engine::images::PixelValue;
 use crate::engine::{Engine, Images, Job, Layers, ViewJob};
 use crate::error::Result;
+use crate::method::Algorithm;
 use crate::physics::MAX_MATERIALS;
 use crate::plan::Plan;
 use crate::raycast::Ray;
-use crate::scene::{Algorithm, Scene};
+use crate::scene::Scene;
 use crate::volume::Volume;
 use field::Table;
 use kernel::{Joseph, March, Siddon};
@@ -72,7 +73,7 @@ impl Cpu {
         };
         let bone = scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled);
         Ok(Self {
-            algorithm: scene.algorithm,
+            algorithm: plan.method.algorithm,
             supersampling: scene.supersampling,
             size: scene.detector,
             materials: scene.materials.names().len(),

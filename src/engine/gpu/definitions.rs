@@ -3,8 +3,8 @@
 
 use crate::engine::Layers;
 use crate::engine::gpu::voxels::{Density, DeviceVoxels};
+use crate::method::Algorithm;
 use crate::plan::Plan;
-use crate::scene::Algorithm;
 
 /// Definitions by name. Equal definitions make equal kernels.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -13,7 +13,7 @@ pub(crate) struct Definitions(Vec<(&'static str, u32)>);
 impl Definitions {
     /// What the plan and the volume decide.
     pub(super) fn of(plan: &Plan, materials: usize, voxels: &DeviceVoxels) -> Self {
-        let algorithm = match plan.algorithm {
+        let algorithm = match plan.method.algorithm {
             Algorithm::Joseph => 0,
             Algorithm::March { .. } => 1,
             Algorithm::Siddon => 2,

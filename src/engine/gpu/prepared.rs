@@ -9,9 +9,10 @@ use crate::engine::gpu::voxels::{Density, DeviceVoxels, FRAME};
 use crate::engine::gpu::wire::{Beam, Launch, columns};
 use crate::engine::{Layers, ViewJob};
 use crate::error::{Error, Result};
+use crate::method::Algorithm;
 use crate::physics::SpectralModel;
 use crate::plan::Plan;
-use crate::scene::{Algorithm, Scene};
+use crate::scene::Scene;
 use crate::volume::Volume;
 
 /// What does not change from job to job.
@@ -61,7 +62,7 @@ impl Prepared {
             step: 1.0.into(),
             ..Launch::default()
         };
-        if let Algorithm::March { step } = scene.algorithm {
+        if let Algorithm::March { step } = plan.method.algorithm {
             launch.step = step.into();
         }
         // Of eight times the value, as codes have it.

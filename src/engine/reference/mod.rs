@@ -14,9 +14,10 @@ use crate::allocation::reserved;
 use crate::engine::images::PixelValue;
 use crate::engine::{Backend, Engine, Images, Job, ViewJob};
 use crate::error::Result;
+use crate::method::Algorithm;
 use crate::physics::{MAX_MATERIALS, SpectralModel};
 use crate::raycast::{Ray, Span};
-use crate::scene::{Algorithm, Scene};
+use crate::scene::Scene;
 use crate::volume::Volume;
 
 /// Most rays that one thread casts between two reports of its progress, unless a single pixel has more. Callers may

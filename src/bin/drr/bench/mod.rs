@@ -22,7 +22,6 @@ use crate::console::Console;
 use crate::effort::Effort;
 use crate::inputs::{Inputs, Setup};
 use crate::memory;
-use crate::method::describe;
 use crate::value::prefixed;
 
 #[derive(Debug, Args)]
@@ -100,7 +99,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
             "times": project.all,
             "peak_bytes": memory::peak_bytes(),
             "engine": setup.context.backend().name(),
-            "algorithm": describe(projector.scene().algorithm),
+            "algorithm": projector.plan().method.to_string(),
             "threads": setup.context.threads(),
             "version": drr::VERSION,
             "volume": volume.grid().dimensions(),
@@ -120,7 +119,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let [n0, n1, n2] = volume.grid().dimensions();
     let [width, height] = views.size;
     console.say(format_args!("{}: {n0}×{n1}×{n2} voxels, {} view(s) of {width}×{height} pixels, {} on {} with {} thread(s), {runs} runs",
-        arguments.inputs.ct.name(), requests.len(), describe(projector.scene().algorithm),
+        arguments.inputs.ct.name(), requests.len(), projector.plan().method,
         setup.context.backend().name(), setup.context.threads()));
     for times in stages {
         times.say(console);

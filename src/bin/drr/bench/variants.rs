@@ -33,7 +33,7 @@ impl Variants {
             ("march, step 0.5", Algorithm::March { step: 0.5 }),
             ("siddon", Algorithm::Siddon),
         ] {
-            let scene = Scene { algorithm, ..like.scene().clone() };
+            let scene = Scene { method: algorithm.into(), ..like.scene().clone() };
             let projector = Projector::new(&setup.context, like.volume().clone(), scene)?;
             let kernel = || {
                 projector.project(views, layers, SILENT)?;

@@ -58,11 +58,11 @@ impl<'a> Judge<'a> {
 
     fn images(&self, context: &Context, set: &Set) -> drr::Result<Images<f64>> {
         let mut scene = set.scene.clone();
-        scene.algorithm = of_set(self.algorithm, set);
+        scene.method.algorithm = of_set(self.algorithm, set);
         let projector = Projector::new(context, set.volume.clone(), scene)?;
         match context.backend() {
             Backend::Reference => {
-                projector.reference(projector.scene().algorithm, &set.views, set.layers, SILENT)
+                projector.reference(projector.plan().method.algorithm, &set.views, set.layers, SILENT)
             }
             _ => Ok(projector.project(&set.views, set.layers, SILENT)?.map(|&x| f64::from(x))),
         }

@@ -55,7 +55,7 @@ impl Stand {
     }
 
     fn scene(algorithm: Algorithm, pixels: usize) -> Result<Scene> {
-        Ok(Scene { algorithm, ..Scene::new([pixels; 2])? })
+        Ok(Scene { method: algorithm.into(), ..Scene::new([pixels; 2])? })
     }
 
     fn poses(&self, pixels: usize) -> [DetectorPose; 2] {

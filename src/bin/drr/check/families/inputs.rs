@@ -65,7 +65,7 @@ fn not_numbers() -> Vec<Case> {
             },
         ));
         cases.push(Case::refused(21, format!("a step of {bad}"), "scene.step_voxels", move |context| {
-            let scene = Scene { algorithm: Algorithm::March { step: bad }, ..Scene::new([1, 1])? };
+            let scene = Scene { method: Algorithm::March { step: bad }.into(), ..Scene::new([1, 1])? };
             Projector::new(context, water(unit_grid(SMALL)), scene)
         }));
     }
