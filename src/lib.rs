@@ -39,6 +39,7 @@
 //! # drr::Result::Ok(())
 //! ```
 
+pub mod accuracy;
 mod allocation;
 pub mod capi;
 pub mod engine;

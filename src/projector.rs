@@ -116,6 +116,11 @@ impl Context {
         &self.device
     }
 
+    /// The engine `cpu` on the same threads.
+    pub(crate) fn on_cpu(&self) -> Self {
+        Self { backend: Backend::Cpu, device: Device::None, ..self.clone() }
+    }
+
     /// Number of threads.
     pub fn threads(&self) -> usize {
         self.threads.current_num_threads()
@@ -161,9 +166,20 @@ impl Projector {
     /// Plans `scene` for `volume` and makes the context's engine ready.
     pub fn new(context: &Context, volume: Arc<Volume>, scene: Scene) -> Result<Self> {
         let plan = Plan::new(&scene, &volume, context.backend)?;
+        Self::planned(context, volume, scene, plan)
+    }
+
+    /// The same plan for one ray per pixel of a detector of another size.
+    pub(crate) fn with_detector(&self, size: [usize; 2]) -> Result<Self> {
+        let scene = Scene { detector: size, supersampling: 1, ..self.scene.clone() };
+        let plan = Plan { detector: size, supersampling: 1, ..self.plan.clone() };
+        Self::planned(&self.context, self.volume.clone(), scene, plan)
+    }
+
+    fn planned(context: &Context, volume: Arc<Volume>, scene: Scene, plan: Plan) -> Result<Self> {
         let engine: Box<dyn Engine> = match context.backend {
             Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan)?),
-            Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.method.algorithm)?),
+            Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, plan.method.algorithm)?),
             #[cfg(feature = "host")]
             Backend::Host => Box::new(context.install(|| Host::new(&volume, &scene, &plan))?),
             _ => context.install(|| context.device.engine(&volume, &scene, &plan))?,

@@ -75,6 +75,12 @@ impl Scene {
         check_i0(self.spectral_model()?.i0()).map_err(|error| error.of("scene"))
     }
 
+    /// The same scene, computed in another way.
+    #[must_use]
+    pub(crate) fn with_method(&self, method: Method) -> Self {
+        Self { method, ..self.clone() }
+    }
+
     /// What turns areal densities into a signal.
     pub fn spectral_model(&self) -> Result<SpectralModel> {
         SpectralModel::new(&self.spectrum, &self.materials)

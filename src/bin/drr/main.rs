@@ -1,8 +1,8 @@
 //! The command `drr`: X-ray projections of CT volumes. Every subcommand is a file; `drr --help` is the manual.
 #![allow(clippy::doc_markdown, reason = "comments on arguments are texts for a terminal, not Markdown")]
 
-mod accuracy;
 mod bench;
+mod certificate;
 mod check;
 mod cli;
 mod console;

@@ -8,10 +8,12 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
+use drr::accuracy::Certificate;
 use drr::engine::{Backend, Layers};
+use drr::geometry::View;
 use drr::{Projector, ViewRequest};
 
-use crate::accuracy::Accuracy;
+use crate::certificate;
 use crate::console::Console;
 use crate::effort::Effort;
 use crate::inputs::Inputs;
@@ -92,7 +94,9 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let output = Output { setup: &setup, projector: &projector, views: &views, layers, rendered: &rendered };
     output.write(&arguments.output, arguments.raw)?;
     if !arguments.no_check && !console.is_quiet() {
-        console.say(Accuracy::measure(&setup, &projector, &views)?);
+        let views: Vec<View> = requests.iter().map(|request| request.view).collect();
+        let certificate = Certificate::new(&projector, &views)?;
+        console.say(certificate::lines(&certificate, projector.plan().method.algorithm));
     }
     console.say(format_args!("wrote   {}", contents(&arguments.output, views.poses.len())));
     Ok(ExitCode::SUCCESS)
