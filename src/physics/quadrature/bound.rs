@@ -1,10 +1,12 @@
 //! The largest error of a reduced sum over a box of areal densities.
 
+use std::collections::VecDeque;
+
 use crate::physics::quadrature::expansion::Expansion;
 use crate::physics::{MAX_MATERIALS, SpectralModel};
 
 /// Multiplications after which a bound counts as out of reach.
-const MOST_WORK: usize = 60_000_000;
+const MOST_WORK: usize = 25_000_000;
 
 /// Part of a cell's tolerance below which single terms are not looked at.
 const SMALL: f64 = 2e-3;
@@ -64,8 +66,9 @@ impl<'a> Bound<'a> {
     pub(super) fn over(&self, limits: &[f64]) -> Option<f64> {
         let mut whole = Cell { low: [0.0; MAX_MATERIALS], high: [0.0; MAX_MATERIALS] };
         whole.high[..limits.len()].copy_from_slice(limits);
-        let (mut open, mut largest, mut work) = (vec![whole], 0.0, 0);
-        while let Some(cell) = open.pop() {
+        let (mut open, mut largest, mut work) = (VecDeque::from([whole]), 0.0, 0);
+        // The largest cells first: where the tolerance is not kept, some centre tells soon.
+        while let Some(cell) = open.pop_front() {
             match self.judge(&cell, &mut work) {
                 Verdict::Within(error) => largest = f64::max(largest, error),
                 Verdict::Beyond => return None,
@@ -143,6 +146,6 @@ impl Cell {
         let (mut below, mut above) = (self, self);
         below.high[material] = middle;
         above.low[material] = middle;
-        [above, below]
+        [below, above]
     }
 }

@@ -30,6 +30,12 @@ impl Columns {
         residual
     }
 
+    /// Some of the columns, each row multiplied by a factor.
+    pub(super) fn weighted(&self, support: &[usize], factors: &[f64]) -> Self {
+        let column = |&k: &usize| self.column(k).iter().zip(factors).map(|(value, factor)| value * factor);
+        Self::new(self.rows, support.iter().flat_map(column).collect())
+    }
+
     /// The same least-squares problems on fewer rows: the columns, and the target as the last of them, in the basis of
     /// those columns that orthogonalisation with pivoting takes first. What no longer fits is shorter than `shortest`
     /// in every column. Sums of exponentials need some 15 rows for nine digits.
@@ -96,7 +102,7 @@ impl Columns {
             if support.0.contains(&k) { 0.0 } else { slope }
         });
         let (next, slope) = largest(slopes);
-        if !(slope > 1e-15 * dot(target, target).sqrt()) {
+        if !(slope > 1e-12 * dot(&residual, &residual).sqrt()) {
             return false;
         }
         support.0.push(next);
