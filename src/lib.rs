@@ -51,16 +51,19 @@ mod method;
 pub mod phantom;
 pub mod physics;
 pub mod plan;
+pub mod planner;
 mod projector;
 pub mod raycast;
 mod scene;
 pub mod shared;
+mod tolerance;
 pub mod volume;
 
 pub use error::{Error, Result};
 pub use method::{Accumulation, Algorithm, Energies, Method, STEP_RANGE, Storage};
 pub use projector::{Context, MAX_THREADS, Projector, ViewRequest};
 pub use scene::{MAX_DETECTOR, MAX_SUPERSAMPLING, Scene};
+pub use tolerance::Tolerance;
 
 /// The library's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -19,6 +19,7 @@ use crate::geometry::View;
 use crate::method::Algorithm;
 use crate::physics::SpectralModel;
 use crate::plan::Plan;
+use crate::planner::{self, Cache, Costs};
 use crate::raycast::Beam;
 use crate::scene::{Scene, check_i0};
 use crate::shared::DrrAddress;
@@ -30,6 +31,8 @@ pub struct Context {
     backend: Backend,
     device: Device,
     threads: Arc<rayon::ThreadPool>,
+    costs: Arc<Costs>,
+    plans: Arc<Cache>,
 }
 
 /// Most threads of a context.
@@ -66,7 +69,8 @@ impl Context {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let threads =
             pool.map_err(|error| Error::Unsupported(format!("threads cannot be started: {error}")))?;
-        Ok(Self { backend, device, threads: Arc::new(threads) })
+        let (costs, plans) = (Arc::default(), Arc::default());
+        Ok(Self { backend, device, threads: Arc::new(threads), costs, plans })
     }
 
     /// The engine.
@@ -114,6 +118,21 @@ impl Context {
 
     pub(crate) fn device(&self) -> &Device {
         &self.device
+    }
+
+    /// The same context, whose planner believes these costs.
+    #[must_use]
+    pub fn with_costs(self, costs: Costs) -> Self {
+        Self { costs: Arc::new(costs), plans: Arc::default(), ..self }
+    }
+
+    /// What its planner believes.
+    pub fn costs(&self) -> &Costs {
+        &self.costs
+    }
+
+    pub(crate) fn plans(&self) -> &Cache {
+        &self.plans
     }
 
     /// The engine `cpu` on the same threads.
@@ -165,7 +184,7 @@ impl From<View> for ViewRequest {
 impl Projector {
     /// Plans `scene` for `volume` and makes the context's engine ready.
     pub fn new(context: &Context, volume: Arc<Volume>, scene: Scene) -> Result<Self> {
-        let plan = Plan::new(&scene, &volume, context.backend)?;
+        let plan = planner::plan(context, &volume, &scene)?;
         Self::planned(context, volume, scene, plan)
     }
 
@@ -176,7 +195,7 @@ impl Projector {
         Self::planned(&self.context, self.volume.clone(), scene, plan)
     }
 
-    fn planned(context: &Context, volume: Arc<Volume>, scene: Scene, plan: Plan) -> Result<Self> {
+    pub(crate) fn planned(context: &Context, volume: Arc<Volume>, scene: Scene, plan: Plan) -> Result<Self> {
         let engine: Box<dyn Engine> = match context.backend {
             Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan)?),
             Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, plan.method.algorithm)?),

@@ -163,6 +163,8 @@ impl DrrScene {
             spectrum,
             materials,
             method: algorithm(self.algorithm, self.step_voxels).map_err(|error| error.of("scene"))?.into(),
+            tolerance: None,
+            expected_views: Vec::new(),
             supersampling: self.supersampling as usize,
             bone,
         };

@@ -8,7 +8,6 @@ mod cli;
 mod console;
 mod ct;
 mod default_ct;
-mod effort;
 mod inputs;
 mod memory;
 mod method;
