@@ -5,6 +5,7 @@ use std::ffi::{CStr, c_void};
 use std::ptr::NonNull;
 use std::sync::Arc;
 
+use crate::accuracy::Certificate;
 use crate::allocation::reserved;
 use crate::engine::cpu::Cpu;
 #[cfg(feature = "host")]
@@ -266,6 +267,14 @@ impl Projector {
         let job = Job { views: &views, layers, progress: Progress::new(SILENT) };
         // SAFETY: the caller's promise is the same.
         unsafe { self.engine.encode(&job, queue, outputs) }
+    }
+
+    /// How wrong images of these views are; see [`Certificate`].
+    ///
+    /// # Errors
+    /// As [`Projector::project`]; `Unsupported` for a volume in a texture.
+    pub fn certify(&self, views: &[View]) -> Result<Certificate> {
+        Certificate::new(self, views)
     }
 
     /// What the engine's device measured so far; `None` for engines of the CPU, which the caller can time.

@@ -27,6 +27,16 @@ impl Tolerance {
     pub const PRESETS: [(&str, Self); 3] =
         [("draft", Self::DRAFT), ("standard", Self::STANDARD), ("reference", Self::REFERENCE)];
 
+    /// A preset by its name.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for an unknown one, with all names.
+    pub fn preset(name: &str) -> Result<Self> {
+        let known = Self::PRESETS.into_iter().find(|(own, _)| *own == name);
+        let names = Self::PRESETS.map(|(name, _)| name).join(", ");
+        known.map(|(_, tolerance)| tolerance).ok_or_else(|| Error::invalid("preset", name, names))
+    }
+
     /// HU alone.
     pub fn hu(hu: f64) -> Self {
         Self { hu, mm: f64::INFINITY }

@@ -33,7 +33,7 @@ impl Certificate {
     ///
     /// # Errors
     /// As [`Projector::project`]; `Unsupported` for voxels in a texture.
-    pub fn new(projector: &Projector, views: &[View]) -> Result<Self> {
+    pub(crate) fn new(projector: &Projector, views: &[View]) -> Result<Self> {
         let sample = Sample::new(views, projector.scene().detector, RAYS, SEED);
         let truth = Truth::new(projector.context(), projector.volume(), projector.scene(), sample)?;
         let images = truth.cast(projector)?;

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::accuracy::{Estimate, Sample};
 use crate::engine::{Images, Layers, SILENT};
 use crate::error::Result;
-use crate::geometry::View;
+use crate::geometry::{Grid, View};
 use crate::method::Algorithm;
 use crate::projector::{Context, Projector, ViewRequest};
 use crate::raycast::Beam;
@@ -57,10 +57,10 @@ impl Truth {
     /// As [`Projector::new`] and [`Projector::project`].
     pub fn new(context: &Context, volume: &Arc<Volume>, scene: &Scene, sample: Sample) -> Result<Self> {
         let scene = scene.with_method(Algorithm::Joseph.into());
-        let scene = Scene { detector: sample.size, supersampling: 1, bone: None, ..scene };
+        let scene = Scene { detector: sample.size(), supersampling: 1, bone: None, ..scene };
         let joseph = Projector::new(&context.on_cpu(), volume.clone(), scene)?;
         let layers = Layers { areal_density: true, ..LAYERS };
-        let exact = joseph.reference(Algorithm::Exact, &requests(&sample.views), layers, SILENT)?;
+        let exact = joseph.reference(Algorithm::Exact, &requests(&sample.views([0.0; 2])), layers, SILENT)?;
         let largest = exact.line_integral.iter().copied().filter(|p| p.is_finite()).fold(0.0, f64::max);
         let i0 = joseph.scene().spectral_model()?.i0();
         let mut truth = Self { floor: FLOOR * largest, i0, steepness: Vec::new(), exact, sample };
@@ -93,8 +93,8 @@ impl Truth {
     /// # Errors
     /// As [`Projector::project`].
     pub fn cast(&self, projector: &Projector) -> Result<Images<f64>> {
-        let projector = projector.with_detector(self.sample.size)?;
-        let images = projector.project(&requests(&self.sample.views), LAYERS, SILENT)?;
+        let projector = projector.with_detector(self.sample.size())?;
+        let images = projector.project(&requests(&self.sample.views([0.0; 2])), LAYERS, SILENT)?;
         Ok(images.map(|&x| f64::from(x)))
     }
 
@@ -103,9 +103,9 @@ impl Truth {
     /// # Errors
     /// As [`Projector::project`].
     pub fn cast_twin(&self, projector: &Projector) -> Result<Images<f64>> {
-        let projector = projector.with_detector(self.sample.size)?;
+        let projector = projector.with_detector(self.sample.size())?;
         let algorithm = projector.plan().method.algorithm;
-        projector.reference(algorithm, &requests(&self.sample.views), LAYERS, SILENT)
+        projector.reference(algorithm, &requests(&self.sample.views([0.0; 2])), LAYERS, SILENT)
     }
 
     /// The errors of line integrals and intensities of the same rays.
@@ -151,12 +151,13 @@ impl Truth {
     fn steepness(&self, joseph: &Projector) -> Result<Vec<Option<f64>>> {
         let only = Layers { line_integral: true, ..Layers::default() };
         let cast = |views: &[_]| joseph.project(&requests(views), only, SILENT).map(|i| i.line_integral);
-        let [right, below] = self.sample.neighbours();
-        let here = cast(&self.sample.views)?;
+        let views = self.sample.views([0.0; 2]);
+        let here = cast(&views)?;
         let mut squares = vec![0.0; here.len()];
-        for views in [&right, &below] {
-            let there = cast(views)?;
-            let apart = self.distances(views, joseph.volume())?;
+        for to in [[1.0, 0.0], [0.0, 1.0]] {
+            let neighbours = self.sample.views(to);
+            let there = cast(&neighbours)?;
+            let apart = distances([&views, &neighbours], joseph.volume().grid(), self.sample.size())?;
             for (k, square) in squares.iter_mut().enumerate() {
                 *square += (f64::from(there[k] - here[k]) / apart[k]).powi(2);
             }
@@ -174,20 +175,17 @@ impl Truth {
             .map(|square| (square >= steep && square > 0.0).then(|| square.sqrt()))
             .collect())
     }
+}
 
-    /// Distance from each ray to that of a neighbouring view, near the volume's centre, mm; infinite where their driving
-    /// axes differ.
-    fn distances(&self, neighbours: &[View], volume: &Volume) -> Result<Vec<f64>> {
-        let (grid, [width, height]) = (volume.grid(), self.sample.size);
-        let mut all = Vec::with_capacity(self.sample.rays());
-        for (view, neighbour) in self.sample.views.iter().zip(neighbours) {
-            let [here, there] = [view, neighbour].map(|view| Beam::new(view, grid, self.sample.size));
-            let (here, there) = (here?, there?);
-            let pixels = (0..height).flat_map(|j| (0..width).map(move |i| (i as f64, j as f64)));
-            all.extend(pixels.map(|(i, j)| here.ray(i, j).distance(&there.ray(i, j), grid)));
-        }
-        Ok(all)
+/// Distance from each ray of one list of views to that of the other, near the volume's centre, mm.
+fn distances(views: [&[View]; 2], grid: &Grid, size: [usize; 2]) -> Result<Vec<f64>> {
+    let mut all = Vec::new();
+    for (here, there) in views[0].iter().zip(views[1]) {
+        let (here, there) = (Beam::new(here, grid, size)?, Beam::new(there, grid, size)?);
+        let pixels = (0..size[1]).flat_map(|j| (0..size[0]).map(move |i| (i as f64, j as f64)));
+        all.extend(pixels.map(|(i, j)| here.ray(i, j).distance(&there.ray(i, j), grid)));
     }
+    Ok(all)
 }
 
 /// What to ask a projector for.

@@ -11,16 +11,24 @@ const REPLICATES: usize = 8;
 const MOST_VIEWS: usize = 16;
 
 /// Replicated systematic samples of the pixels of some views (Cochran, Sampling Techniques, 3rd ed. 1977, §8.9): each is an
-/// even grid of pixels with a random start. Every ray is that of a pixel's centre. The same arguments give the same sample.
+/// even grid of pixels with a random start. The same arguments give the same sample.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sample {
-    /// Width and height of each of `views`, pixels.
-    pub size: [usize; 2],
-    /// The views of the first replicate, those of the second, …: each has every nth pixel of every nth row.
-    pub views: Vec<View>,
-    /// The same with every ray a pixel further to the right, and a pixel further down.
-    neighbours: [Vec<View>; 2],
+    /// Those of the first replicate, those of the second, …
+    grids: Vec<PixelGrid>,
+    /// Width and height of each grid, pixels.
+    size: [usize; 2],
     replicates: usize,
+}
+
+/// Every nth pixel of every nth row of a view.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct PixelGrid {
+    view: View,
+    /// Of the view's detector.
+    size: [usize; 2],
+    first: [usize; 2],
+    stride: usize,
 }
 
 impl Sample {
@@ -33,19 +41,30 @@ impl Sample {
         let (replicates, stride) = if pixels <= rays { (1, 1) } else { (REPLICATES, apart) };
         let coarse = size.map(|n| (n / stride).max(1));
         let mut random = Random(seed);
-        let mut sample = Self { size: coarse, views: Vec::new(), neighbours: [vec![], vec![]], replicates };
-        for view in (0..replicates).flat_map(|_| &some) {
-            let [i, j] = [0, 1].map(|axis| random.below(size[axis] - (coarse[axis] - 1) * stride));
-            let from = |first| thinned(view, size, first, stride, coarse);
-            sample.views.push(from([i, j]));
-            sample.neighbours[0].push(from([i + 1, j]));
-            sample.neighbours[1].push(from([i, j + 1]));
-        }
-        sample
+        let mut start = |axis: usize| random.below(size[axis] - (coarse[axis] - 1) * stride);
+        let mut grid = |&&view: &&View| PixelGrid { view, size, first: [start(0), start(1)], stride };
+        let grids = (0..replicates).flat_map(|_| some.iter().map(&mut grid).collect::<Vec<_>>()).collect();
+        Self { grids, size: coarse, replicates }
     }
 
-    pub(super) fn neighbours(&self) -> &[Vec<View>; 2] {
-        &self.neighbours
+    /// One even grid of about `rays` pixels per view, with its first pixel as near to the corner as to the opposite one.
+    pub fn even(views: &[View], size: [usize; 2], rays: usize) -> Self {
+        let stride = ((size[0] * size[1]) as f64 / rays as f64).sqrt().ceil().max(1.0) as usize;
+        let coarse = size.map(|n| n.div_ceil(stride));
+        let first = [0, 1].map(|axis| (size[axis] - 1 - (coarse[axis] - 1) * stride) / 2);
+        let grids = views.iter().map(|&view| PixelGrid { view, size, first, stride }).collect();
+        Self { grids, size: coarse, replicates: 1 }
+    }
+
+    /// Width and height of each of the sample's views, pixels.
+    pub fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    /// The views of the first replicate, those of the second, …, with the chosen pixels alone. All their rays go as far to
+    /// the right and down of these pixels' centres as `shift` says, pixels.
+    pub fn views(&self, shift: [f64; 2]) -> Vec<View> {
+        self.grids.iter().map(|grid| grid.view(shift, self.size)).collect()
     }
 
     /// Number of replicates; 1 means that the sample has every pixel.
@@ -55,7 +74,7 @@ impl Sample {
 
     /// Rays of all replicates.
     pub fn rays(&self) -> usize {
-        self.views.len() * self.size[0] * self.size[1]
+        self.grids.len() * self.size[0] * self.size[1]
     }
 
     /// The values of each replicate, of one value per ray.
@@ -64,26 +83,30 @@ impl Sample {
     }
 }
 
-/// The view of every `stride`th pixel of every `stride`th row, from `first` on.
-fn thinned(view: &View, size: [usize; 2], first: [usize; 2], stride: usize, coarse: [usize; 2]) -> View {
-    match view {
-        View::Pose(pose) => View::Pose(DetectorPose {
-            first_pixel: pose.pixel(first[0] as f64, first[1] as f64),
-            column_step: stride as f64 * pose.column_step,
-            row_step: stride as f64 * pose.row_step,
-            ..*pose
-        }),
-        View::Projection(projection) => {
-            // Pixel i of n is at (2i + 1)/n − 1 in clip space; y runs the other way.
-            let map = [0, 1].map(|axis| {
-                let [n, m, stride, first] = [size[axis], coarse[axis], stride, first[axis]].map(|x| x as f64);
-                (stride * m / n, (stride * (m - 1.0) + 2.0 * first + 1.0) / n - 1.0)
-            });
-            let mut rows = [0, 1, 2, 3].map(|row| projection.matrix.row(row));
-            rows[0] = (rows[0] - map[0].1 * rows[3]) / map[0].0;
-            rows[1] = (rows[1] + map[1].1 * rows[3]) / map[1].0;
-            let matrix = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
-            View::Projection(Projection { matrix, ..*projection })
+impl PixelGrid {
+    /// With `coarse` = width × height pixels.
+    fn view(&self, shift: [f64; 2], coarse: [usize; 2]) -> View {
+        let first = [0, 1].map(|axis| self.first[axis] as f64 + shift[axis]);
+        let stride = self.stride as f64;
+        match &self.view {
+            View::Pose(pose) => View::Pose(DetectorPose {
+                first_pixel: pose.pixel(first[0], first[1]),
+                column_step: stride * pose.column_step,
+                row_step: stride * pose.row_step,
+                ..*pose
+            }),
+            View::Projection(projection) => {
+                // Pixel i of n is at (2i + 1)/n − 1 in clip space; y runs the other way.
+                let [x, y] = [0, 1].map(|axis| {
+                    let (n, m) = (self.size[axis] as f64, coarse[axis] as f64);
+                    (stride * m / n, (stride * (m - 1.0) + 2.0 * first[axis] + 1.0) / n - 1.0)
+                });
+                let mut rows = [0, 1, 2, 3].map(|row| projection.matrix.row(row));
+                rows[0] = (rows[0] - x.1 * rows[3]) / x.0;
+                rows[1] = (rows[1] + y.1 * rows[3]) / y.0;
+                let matrix = DMat4::from_cols(rows[0], rows[1], rows[2], rows[3]).transpose();
+                View::Projection(Projection { matrix, ..*projection })
+            }
         }
     }
 }
@@ -127,9 +150,9 @@ mod tests {
             let pixels: Vec<_> =
                 (0..SIZE[1]).flat_map(|j| (0..SIZE[0]).map(move |i| (i as f64, j as f64))).collect();
             let mut seen = std::collections::HashSet::new();
-            for view in &sample.views {
-                let beam = Beam::new(view, &grid, sample.size).expect("valid");
-                for (i, j) in [(0, 0), (sample.size[0] - 1, sample.size[1] - 1), (2, 1)] {
+            for view in &sample.views([0.0; 2]) {
+                let beam = Beam::new(view, &grid, sample.size()).expect("valid");
+                for (i, j) in [(0, 0), (sample.size()[0] - 1, sample.size()[1] - 1), (2, 1)] {
                     let ray = beam.ray(i as f64, j as f64);
                     let near = |other: f64, own: f64| (other - own).abs() < 1e-6;
                     let pixel = pixels.iter().position(|&(i, j)| {
@@ -146,7 +169,7 @@ mod tests {
     #[test]
     fn few_pixels_are_all_taken() {
         let sample = Sample::new(&[View::Pose(pose())], SIZE, 97 * 61, 0);
-        assert_eq!((sample.replicates(), sample.size), (1, SIZE));
+        assert_eq!((sample.replicates(), sample.size()), (1, SIZE));
     }
 
     #[test]

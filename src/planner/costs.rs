@@ -105,7 +105,7 @@ impl Costs {
     /// # Errors
     /// `InvalidArgument` when the text is not that, or a rate is negative or not finite.
     pub fn from_json(text: &str) -> Result<Self> {
-        let valid = "what drr tradeoff --timings writes";
+        let valid = "what drr tradeoff --write-timings writes";
         let costs: Self =
             serde_json::from_str(text).map_err(|error| Error::invalid("timings", error, valid))?;
         for rates in costs.engines.values() {

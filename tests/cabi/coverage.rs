@@ -69,6 +69,8 @@ impl Declared {
             "size_t" if self.name == "device_index" => &["huge"],
             "size_t" => &["zero", "huge"],
             "void *" if self.name == "metal_device" => &["not NULL"],
+            "const char *" => &["unknown", "not UTF-8"],
+            "const DrrDetectorPose *" => &["misaligned"],
             "uint32_t" => &["huge"],
             "double" | "DrrFloat3" => &["NaN", "+Inf", "-Inf", "huge"],
             "DrrFloat4x4" => &["NaN", "+Inf", "-Inf", "singular", "nearly singular"],

@@ -40,7 +40,7 @@ pub(crate) struct MethodArguments {
     #[arg(long, value_name = "MM", value_parser = value::positive, allow_negative_numbers = true)]
     #[arg(requires = "tolerance_hu")]
     tolerance_mm: Option<f64>,
-    /// What methods cost on this machine, as drr tradeoff --timings writes it [default: built-in rates]
+    /// What methods cost on this machine, as drr tradeoff --write-timings writes it [default: built-in rates]
     #[arg(long, value_name = "FILE")]
     timings: Option<PathBuf>,
     /// NxN rays per pixel, whose intensities are averaged, 1 to 16

@@ -8,7 +8,6 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
-use drr::accuracy::Certificate;
 use drr::engine::{Backend, Layers};
 use drr::geometry::View;
 use drr::planner::Effort;
@@ -96,7 +95,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let output = Output { setup: &setup, projector: &projector, views: &views, layers, rendered: &rendered };
     output.write(&arguments.output, arguments.raw)?;
     if !arguments.no_check && !console.is_quiet() {
-        let certificate = Certificate::new(&projector, &poses)?;
+        let certificate = projector.certify(&poses)?;
         console.say(certificate::lines(&certificate, projector.plan().method.algorithm));
     }
     console.say(format_args!("wrote   {}", contents(&arguments.output, views.poses.len())));
