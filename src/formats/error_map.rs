@@ -30,7 +30,7 @@ const HIGH: [Rgb; 9] = [
     [164, 46, 51],
 ];
 /// A ray that has no error to speak of: it meets nothing, or too little. Also the gap between views.
-const NONE: Rgb = [128, 128, 128];
+const NONE: Rgb = [160, 160, 160];
 
 /// Signed errors, HU, as colours: 0 is white, −range and below blue, +range and above red, NaN grey. The views,
 /// width × height values each, stand side by side with a thin gap.

@@ -4,16 +4,15 @@ use std::ops::Range;
 
 use anyhow::Result;
 use plotters::chart::ChartBuilder;
+use plotters::coord::ranged1d::Ranged as _;
 use plotters::element::{Rectangle, Text};
 use plotters::style::{Color, RGBColor};
-
-use plotters::coord::ranged1d::Ranged as _;
 
 use super::decades::Decades;
 use super::drawing::{Area, SIZE, Surface, TEXT, TITLE, text_style};
 use super::glyphs::text_size;
 use super::legend::Legend;
-use super::marker::{INK, PALE_INK};
+use super::marker::{ARROW, INK, Marker, PALE_INK, arrow};
 
 const MARGIN: i32 = 16;
 /// Room for the texts of the axes: under the plot, and left of it.
@@ -83,6 +82,35 @@ impl Frame {
     pub(super) fn pixel(&self, [x, y]: [f64; 2]) -> (i32, i32) {
         let column = self.x.map(&x, (self.columns.start, self.columns.end));
         (column, self.y.map(&y, (self.rows.end, self.rows.start)))
+    }
+
+    /// The pixel of a mark: for one too small to be shown, so far from the edge that its arrow has room.
+    pub(super) fn mark(&self, value: [f64; 2]) -> (i32, i32) {
+        let ((column, row), [left, below]) = (self.pixel(value), self.lacks(value));
+        let column = if left { self.columns.start + ARROW } else { column };
+        (column, if below { self.rows.end - ARROW } else { row })
+    }
+
+    /// Whether the value is too small to be shown: left of the axes, under them.
+    pub(super) fn lacks(&self, [x, y]: [f64; 2]) -> [bool; 2] {
+        [x < self.x.least, y < self.y.least]
+    }
+
+    /// Draws the mark, and arrows from it to the edges beyond which its value lies.
+    pub(super) fn draw_mark<B: Surface>(
+        &self,
+        area: &Area<B>,
+        value: [f64; 2],
+        marker: Marker,
+    ) -> Result<()> {
+        let (at, [left, below]) = (self.mark(value), self.lacks(value));
+        if left {
+            arrow(area, at, (-1, 0))?;
+        }
+        if below {
+            arrow(area, at, (0, 1))?;
+        }
+        marker.draw(area, at)
     }
 }
 

@@ -7,7 +7,7 @@ use super::axes::{Axes, Frame};
 use super::decades::{Decades, Unit};
 use super::drawing::{Area, Drawing, Surface};
 use super::legend::{Legend, Symbol};
-use super::marker::{BLUE, GREEN, Marker, ORANGE, PURPLE, SKY, Shape, VERMILION, arrow, line};
+use super::marker::{BLUE, GREEN, Marker, ORANGE, PURPLE, SKY, Shape, VERMILION, line};
 
 /// A curve.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ impl Drawing for Curves {
         };
         let frame = axes.draw(area)?;
         for (i, series) in self.series.iter().enumerate() {
-            series.draw(area, &frame, y, marker(i))?;
+            series.draw(area, &frame, marker(i))?;
         }
         Ok(())
     }
@@ -52,16 +52,13 @@ impl Drawing for Curves {
 
 impl Series {
     /// The curve has a gap where a point has no place, and an arrow where one lies below the axis.
-    fn draw<B: Surface>(&self, area: &Area<B>, frame: &Frame, y: Decades, marker: Marker) -> Result<()> {
+    fn draw<B: Surface>(&self, area: &Area<B>, frame: &Frame, marker: Marker) -> Result<()> {
         let style = marker.colour.stroke_width(2);
         for part in self.points.split(|point| !point.iter().all(|v| v.is_finite())) {
-            line(area, &part.iter().map(|point| frame.pixel(*point)).collect::<Vec<_>>(), style)?;
+            line(area, &part.iter().map(|point| frame.mark(*point)).collect::<Vec<_>>(), style)?;
         }
         for point in self.points.iter().filter(|point| point.iter().all(|v| v.is_finite())) {
-            if point[1] < y.least {
-                arrow(area, frame.pixel(*point), (0, 1))?;
-            }
-            marker.draw(area, frame.pixel(*point))?;
+            frame.draw_mark(area, *point, marker)?;
         }
         Ok(())
     }

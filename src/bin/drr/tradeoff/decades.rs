@@ -6,10 +6,12 @@ use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, Value
 
 /// Most decades on an axis: what lies further below the largest value is drawn at the edge.
 const MOST_DECADES: i32 = 7;
-/// Ticks of a decade, each about twice the one before.
+/// Grid lines of a decade, where the axis may end, too.
+const LINES: [f64; 9] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
+/// Those that have texts, where there are few decades.
 const STEPS: [f64; 3] = [1.0, 2.0, 5.0];
-/// Up to so many decades, 2 and 5 of a decade have texts too.
-const FEW_DECADES: f64 = 1.7;
+/// How many decades are few.
+const FEW_DECADES: f64 = 2.3;
 /// Room around the values, as a factor.
 const ROOM: f64 = 1.25;
 
@@ -87,12 +89,12 @@ pub(crate) fn number(value: f64) -> String {
 
 fn tick_below(value: f64) -> f64 {
     let decade = 10f64.powi(value.log10().floor() as i32);
-    STEPS.iter().rev().map(|step| step * decade).find(|tick| *tick <= value * (1.0 + 1e-9)).unwrap_or(decade)
+    LINES.iter().rev().map(|step| step * decade).find(|tick| *tick <= value * (1.0 + 1e-9)).unwrap_or(decade)
 }
 
 fn tick_above(value: f64) -> f64 {
     let decade = 10f64.powi(value.log10().floor() as i32);
-    STEPS.iter().map(|step| step * decade).find(|tick| *tick >= value / (1.0 + 1e-9)).unwrap_or(10.0 * decade)
+    LINES.iter().map(|step| step * decade).find(|tick| *tick >= value / (1.0 + 1e-9)).unwrap_or(10.0 * decade)
 }
 
 impl Ranged for Decades {
@@ -105,7 +107,7 @@ impl Ranged for Decades {
 
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
         if hint.weight().allow_light_points() {
-            return self.ticks(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
+            return self.ticks(&LINES);
         }
         let few = (self.most / self.least).log10() <= FEW_DECADES;
         self.ticks(if few { &STEPS } else { &STEPS[..1] })

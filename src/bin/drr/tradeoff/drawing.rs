@@ -20,16 +20,15 @@ pub(super) const TITLE: f64 = 20.0;
 /// Letters in SVG that are about as wide as those in PNG, or narrower.
 const FAMILY: FontFamily<'_> = FontFamily::Name("Arial, Helvetica, sans-serif");
 
-pub(super) type Area<B> = DrawingArea<B, Shift>;
+pub(crate) type Area<B> = DrawingArea<B, Shift>;
 
 /// What a picture can be drawn on.
-pub(super) trait Surface: DrawingBackend<ErrorType: 'static> {}
+pub(crate) trait Surface: DrawingBackend<ErrorType: 'static> {}
 
 impl<B: DrawingBackend<ErrorType: 'static>> Surface for B {}
 
 /// A picture of [`SIZE`].
 pub(crate) trait Drawing {
-    #[allow(private_bounds, private_interfaces, reason = "called from here only")]
     fn draw<B: Surface>(&self, area: &Area<B>) -> Result<()>;
 
     /// Writes the picture as SVG.
@@ -56,7 +55,6 @@ pub(crate) trait Drawing {
         Ok(picture)
     }
 
-    #[allow(private_bounds, reason = "called from here only")]
     fn finish<B: Surface>(&self, surface: B) -> Result<()> {
         let area = surface.into_drawing_area();
         area.fill(&plotters::style::WHITE)?;

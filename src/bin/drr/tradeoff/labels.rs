@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 /// Directions and distances that are tried, the latter in pixels from the mark's edge.
 const DIRECTIONS: usize = 16;
-const DISTANCES: [f64; 8] = [0.0, 10.0, 22.0, 36.0, 52.0, 72.0, 96.0, 124.0];
+const DISTANCES: [f64; 9] = [0.0, 6.0, 14.0, 24.0, 36.0, 52.0, 72.0, 96.0, 124.0];
 /// From this distance on, a line leads from the mark to its name.
-const LED: f64 = 10.0;
+const LED: f64 = 14.0;
 /// After all have a place, each looks for a better one so many times.
 const ROUNDS: usize = 4;
 
@@ -14,7 +14,9 @@ const ROUNDS: usize = 4;
 const OVERLAP: f64 = 1e4;
 const OUTSIDE: f64 = 1e5;
 const CROSSING_LEADER: f64 = 300.0;
-const STRIKE: f64 = 12.0;
+const STRIKE: f64 = 35.0;
+/// The name is nearer to another mark than to its own.
+const AMBIGUOUS: f64 = 60.0;
 
 /// An upright box, pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,20 +58,38 @@ pub(super) struct Place {
     detour: f64,
 }
 
-/// A place for each name. Those that come first get the better ones.
+/// A place for each name: the cheapest arrangement of some that are tried.
 pub(super) fn place(requests: &[Request], obstacles: &Obstacles) -> Vec<Place> {
+    let given: Vec<usize> = (0..requests.len()).collect();
+    let mut across = given.clone();
+    across.sort_by(|a, b| requests[*a].at[0].total_cmp(&requests[*b].at[0]));
+    let reversed = [&given, &across].map(|order| order.iter().rev().copied().collect());
+    let arrangements = [given, across].into_iter().chain(reversed).map(|order| {
+        let places = arranged(requests, &order, obstacles);
+        let all = |i: usize| cost(&places[i], &requests[i], &without(&places, i), obstacles);
+        ((0..places.len()).map(all).sum::<f64>(), places)
+    });
+    arrangements.min_by(|(a, _), (b, _)| a.total_cmp(b)).expect("orders are tried").1
+}
+
+/// Each name in turn takes the place that is best, given the others' places; several times.
+fn arranged(requests: &[Request], order: &[usize], obstacles: &Obstacles) -> Vec<Place> {
     let mut places: Vec<Place> = Vec::with_capacity(requests.len());
-    for request in requests {
-        places.push(best(request, &places, obstacles));
+    for i in order {
+        places.push(best(&requests[*i], &places, obstacles));
     }
-    for _ in 0..ROUNDS {
-        for (i, request) in requests.iter().enumerate() {
-            let others: Vec<Place> =
-                places.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, place)| *place).collect();
-            places[i] = best(request, &others, obstacles);
-        }
+    // From the order of placing to that of the names.
+    let mut numbered: Vec<(usize, Place)> = order.iter().copied().zip(places).collect();
+    numbered.sort_by_key(|(i, _)| *i);
+    let mut places: Vec<Place> = numbered.into_iter().map(|(_, place)| place).collect();
+    for i in (0..ROUNDS).flat_map(|_| order) {
+        places[*i] = best(&requests[*i], &without(&places, *i), obstacles);
     }
     places
+}
+
+fn without(places: &[Place], i: usize) -> Vec<Place> {
+    places.iter().enumerate().filter(|(j, _)| *j != i).map(|(_, place)| *place).collect()
 }
 
 fn best(request: &Request, others: &[Place], obstacles: &Obstacles) -> Place {
@@ -84,7 +104,7 @@ fn candidate(request: &Request, distance: f64, direction: usize) -> Place {
     let (y, x) = angle.sin_cos();
     let reach = request.radius + distance;
     let centre = [
-        request.at[0] + x * (reach + 3.0) + x * request.size[0] / 2.0,
+        request.at[0] + x * (reach + 4.0) + x * request.size[0] / 2.0,
         request.at[1] - y * reach - y * request.size[1] / 2.0,
     ];
     let half = request.size.map(|side| side / 2.0);
@@ -95,7 +115,7 @@ fn candidate(request: &Request, distance: f64, direction: usize) -> Place {
     let leader = (distance >= LED).then(|| leader(request, area));
     let side = if x > 0.3 { -1 } else { i8::from(x < -0.3) };
     // To the right is where a name is looked for first, then above, then below.
-    let detour = 1.5 * distance + 6.0 * (1.0 - x) - 2.0 * y;
+    let detour = 1.5 * distance + 4.0 * (1.0 - x) - 2.0 * y;
     Place { area, leader, side, detour }
 }
 
@@ -113,10 +133,16 @@ fn cost(candidate: &Place, request: &Request, others: &[Place], obstacles: &Obst
     if !obstacles.bounds.contains(candidate.area) {
         cost += OUTSIDE + candidate.area.beyond(obstacles.bounds);
     }
+    let spot = Rect { least: request.at, most: request.at };
+    let own_gap = candidate.area.gap(spot) - request.radius;
+    for area in obstacles.boxes.iter().filter(|area| !area.contains(spot)) {
+        if candidate.area.gap(*area) < own_gap + 3.0 {
+            cost += AMBIGUOUS;
+        }
+    }
     for area in obstacles.boxes.iter().chain(others.iter().map(|other| &other.area)) {
         cost += overlap(candidate.area, *area);
-        let own = area.contains(Rect { least: request.at, most: request.at });
-        if candidate.leader.is_some_and(|leader| !own && area.meets(leader)) {
+        if candidate.leader.is_some_and(|leader| !area.contains(spot) && area.meets(leader)) {
             cost += CROSSING_LEADER;
         }
     }
@@ -146,6 +172,14 @@ impl Rect {
 
     fn contains(self, other: Self) -> bool {
         (0..2).all(|axis| self.least[axis] <= other.least[axis] && other.most[axis] <= self.most[axis])
+    }
+
+    /// The distance to the other one; 0 where they overlap.
+    fn gap(self, other: Self) -> f64 {
+        let axis = |axis: usize| {
+            (self.least[axis] - other.most[axis]).max(other.least[axis] - self.most[axis]).max(0.0)
+        };
+        axis(0).hypot(axis(1))
     }
 
     /// How far this one sticks out of the bounds, pixels.

@@ -9,6 +9,9 @@ use super::drawing::{Area, Surface};
 /// Half the width of a mark, pixels.
 pub(super) const RADIUS: i32 = 6;
 
+/// From a mark's middle to the tip of its arrow, pixels.
+pub(super) const ARROW: i32 = RADIUS + 14;
+
 /// Colours that the colour-blind can tell apart, too (Okabe and Ito).
 pub(super) const BLUE: RGBColor = RGBColor(0, 114, 178);
 pub(super) const VERMILION: RGBColor = RGBColor(213, 94, 0);
@@ -76,7 +79,7 @@ pub(super) fn ring<B: Surface>(area: &Area<B>, at: (i32, i32)) -> Result<()> {
 pub(super) fn arrow<B: Surface>(area: &Area<B>, from: (i32, i32), (dx, dy): (i32, i32)) -> Result<()> {
     let along = |n: i32, side: i32| (from.0 + n * dx + side * dy, from.1 + n * dy + side * dx);
     area.draw(&PathElement::new(vec![along(RADIUS, 0), along(RADIUS + 8, 0)], INK.stroke_width(2)))?;
-    let head = vec![along(RADIUS + 14, 0), along(RADIUS + 7, 4), along(RADIUS + 7, -4)];
+    let head = vec![along(ARROW, 0), along(RADIUS + 7, 4), along(RADIUS + 7, -4)];
     Ok(area.draw(&Polygon::new(head, INK.filled()))?)
 }
 

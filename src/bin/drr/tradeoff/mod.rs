@@ -11,6 +11,7 @@ mod glyphs;
 mod labels;
 mod legend;
 mod marker;
+mod plot;
 mod shapes;
 
 #[cfg(test)]
