@@ -13,6 +13,9 @@ use super::plot::Plot;
 /// The line through the points of which none is both faster and more accurate.
 pub(super) const FRONT: RGBColor = RGBColor(150, 150, 150);
 
+/// Most decades on an axis: one error of rounding must not make all others look alike.
+const MOST_DECADES: i32 = 5;
+
 /// What colour and shape of a mark stand for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Group {
@@ -111,8 +114,8 @@ impl Chart {
             title: &self.title,
             subtitle: &self.subtitle,
             legend: legend(points),
-            x: (Decades::around(times, Unit::Seconds), "time"),
-            y: (Decades::around(errors.chain(limit), Unit::Number), "error, HU (RMSE)"),
+            x: (Decades::around(times, MOST_DECADES, Unit::Seconds), "time"),
+            y: (Decades::around(errors.chain(limit), MOST_DECADES, Unit::Number), "error, HU (RMSE)"),
             note,
         }
     }

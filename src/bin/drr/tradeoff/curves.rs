@@ -9,6 +9,9 @@ use super::drawing::{Area, Drawing, Surface};
 use super::legend::{Legend, Symbol};
 use super::marker::{BLUE, GREEN, Marker, ORANGE, PURPLE, SKY, Shape, VERMILION, line};
 
+/// Most decades on an axis: from single precision's errors to those of sums in double precision.
+const MOST_DECADES: i32 = 14;
+
 /// A curve.
 #[derive(Debug, Clone)]
 pub(crate) struct Series {
@@ -31,7 +34,7 @@ impl Drawing for Curves {
     fn draw<B: Surface>(&self, area: &Area<B>) -> Result<()> {
         let values =
             |axis: usize| self.series.iter().flat_map(move |s| s.points.iter().map(move |p| p[axis]));
-        let [x, y] = [0, 1].map(|axis| Decades::around(values(axis), Unit::Number));
+        let [x, y] = [0, 1].map(|axis| Decades::around(values(axis), MOST_DECADES, Unit::Number));
         let entries = self.series.iter().enumerate();
         let legend = entries.map(|(i, s)| (Symbol::MarkedLine(marker(i)), s.name.clone())).collect();
         let axes = Axes {

@@ -4,8 +4,6 @@ use std::ops::Range;
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
-/// Most decades on an axis: what lies further below the largest value is drawn at the edge.
-const MOST_DECADES: i32 = 7;
 /// Grid lines of a decade, where the axis may end, too.
 const LINES: [f64; 9] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
 /// Those that have texts, where there are few decades.
@@ -33,8 +31,9 @@ pub(crate) struct Decades {
 }
 
 impl Decades {
-    /// An axis with room for the values; of those that are not positive and finite it takes no notice.
-    pub(crate) fn around(values: impl IntoIterator<Item = f64>, unit: Unit) -> Self {
+    /// An axis with room for the values, but for those so many decades below the largest. Of values that are not
+    /// positive and finite it takes no notice.
+    pub(crate) fn around(values: impl IntoIterator<Item = f64>, decades: i32, unit: Unit) -> Self {
         let shown = values.into_iter().filter(|v| v.is_normal() && *v > 0.0);
         let ends = shown.fold(None, |ends: Option<[f64; 2]>, v| {
             Some(ends.map_or([v, v], |[least, most]| [least.min(v), most.max(v)]))
@@ -44,7 +43,7 @@ impl Decades {
         let [least, most] = [least, most].map(|end| end.clamp(1e-290, 1e290));
         let spread = if most / least < 3.0 { 3.0 } else { ROOM };
         let most = tick_above(most * spread);
-        let least = tick_below(least / spread).max(most * 10f64.powi(-MOST_DECADES));
+        let least = tick_below(least / spread).max(most * 10f64.powi(-decades));
         Self { least, most, unit }
     }
 
@@ -136,18 +135,18 @@ mod tests {
         let texts = |axis: Decades| -> Vec<String> {
             axis.key_points(BoldPoints(9)).iter().map(|tick| axis.text(*tick)).collect()
         };
-        let seconds = Decades::around([0.0012, 17.0], Unit::Seconds);
+        let seconds = Decades::around([0.0012, 17.0], 7, Unit::Seconds);
         assert_eq!(texts(seconds), ["1 ms", "10 ms", "0.1 s", "1 s", "10 s"]);
-        let errors = Decades::around([0.012, 9.0], Unit::Number);
+        let errors = Decades::around([0.012, 9.0], 7, Unit::Number);
         assert_eq!(texts(errors), ["0.01", "0.1", "1", "10"]);
-        let narrow = Decades::around([0.25, 0.9], Unit::Seconds);
+        let narrow = Decades::around([0.25, 0.9], 7, Unit::Seconds);
         assert_eq!(texts(narrow), ["0.2 s", "0.5 s", "1 s", "2 s"]);
-        assert_eq!(Decades::around([1e-5], Unit::Seconds).text(2e-5), "20 \u{b5}s");
+        assert_eq!(Decades::around([1e-5], 7, Unit::Seconds).text(2e-5), "20 \u{b5}s");
     }
 
     #[test]
     fn what_lies_far_below_is_at_the_edge() {
-        let axis = Decades::around([1e-30, 0.0, 1.0], Unit::Number);
+        let axis = Decades::around([1e-30, 0.0, 1.0], 7, Unit::Number);
         assert!((1e-8..1e-6).contains(&axis.least), "{}", axis.least);
         assert_eq!(axis.map(&0.0, (100, 0)), 100);
     }
@@ -155,7 +154,7 @@ mod tests {
     proptest! {
         #[test]
         fn every_value_has_a_place(values in proptest::collection::vec(any::<f64>(), 0..5)) {
-            let axis = Decades::around(values.iter().copied(), Unit::Number);
+            let axis = Decades::around(values.iter().copied(), 7, Unit::Number);
             prop_assert!(axis.least > 0.0 && axis.least < axis.most && axis.most.is_finite());
             prop_assert!(axis.key_points(BoldPoints(9)).len() >= 2 || axis.most / axis.least > 1e9);
             for value in values.iter().filter(|v| !v.is_nan()) {

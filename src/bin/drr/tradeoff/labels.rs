@@ -7,7 +7,7 @@ const DIRECTIONS: usize = 16;
 const DISTANCES: [f64; 9] = [0.0, 6.0, 14.0, 24.0, 36.0, 52.0, 72.0, 96.0, 124.0];
 /// From this distance on, a line leads from the mark to its name.
 const LED: f64 = 14.0;
-/// After all have a place, each looks for a better one so many times.
+/// After all have a place, each looks for a better one at most so many times.
 const ROUNDS: usize = 4;
 
 /// Costs. An overlap costs more than any detour.
@@ -48,7 +48,7 @@ pub(super) struct Obstacles {
 }
 
 /// The place of a name.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Place {
     pub(super) area: Rect,
     /// From the mark to the name, where they are apart.
@@ -82,8 +82,14 @@ fn arranged(requests: &[Request], order: &[usize], obstacles: &Obstacles) -> Vec
     let mut numbered: Vec<(usize, Place)> = order.iter().copied().zip(places).collect();
     numbered.sort_by_key(|(i, _)| *i);
     let mut places: Vec<Place> = numbered.into_iter().map(|(_, place)| place).collect();
-    for i in (0..ROUNDS).flat_map(|_| order) {
-        places[*i] = best(&requests[*i], &without(&places, *i), obstacles);
+    for _ in 0..ROUNDS {
+        let before = places.clone();
+        for i in order {
+            places[*i] = best(&requests[*i], &without(&places, *i), obstacles);
+        }
+        if places == before {
+            break;
+        }
     }
     places
 }
@@ -140,8 +146,10 @@ fn cost(candidate: &Place, request: &Request, others: &[Place], obstacles: &Obst
             cost += AMBIGUOUS;
         }
     }
-    for area in obstacles.boxes.iter().chain(others.iter().map(|other| &other.area)) {
-        cost += overlap(candidate.area, *area);
+    // Names need a space between them to be read as two.
+    let spaced = others.iter().map(|other| other.area.grown(3.0));
+    for area in obstacles.boxes.iter().copied().chain(spaced) {
+        cost += overlap(candidate.area, area);
         if candidate.leader.is_some_and(|leader| !area.contains(spot) && area.meets(leader)) {
             cost += CROSSING_LEADER;
         }
@@ -154,7 +162,8 @@ fn cost(candidate: &Place, request: &Request, others: &[Place], obstacles: &Obst
             cost += CROSSING_LEADER;
         }
     }
-    let struck = obstacles.lines.iter().filter(|line| candidate.area.meets(**line)).count();
+    let wide = candidate.area.grown(2.0);
+    let struck = obstacles.lines.iter().filter(|line| wide.meets(**line)).count();
     cost + STRIKE * struck as f64
 }
 
@@ -168,6 +177,10 @@ impl Rect {
     /// The box around a spot.
     pub(super) fn around([x, y]: [f64; 2], half: f64) -> Self {
         Self { least: [x - half, y - half], most: [x + half, y + half] }
+    }
+
+    fn grown(self, margin: f64) -> Self {
+        Self { least: self.least.map(|edge| edge - margin), most: self.most.map(|edge| edge + margin) }
     }
 
     fn contains(self, other: Self) -> bool {

@@ -102,15 +102,15 @@ impl Plot<'_> {
         bars
     }
 
-    /// What stands at the mark.
+    /// What stands at the mark: with the value, where the mark cannot show it.
     fn name(&self, point: &Point) -> String {
         let mut name = point.name.clone();
         let [left, below] = self.frame.lacks([point.seconds, point.error_hu]);
         if below {
-            name = format!("{name} (< {} HU)", number(self.errors.least));
+            name = format!("{name} ({} HU)", number(point.error_hu));
         }
         if left {
-            name = format!("{name} (< {})", self.times.text(self.times.least));
+            name = format!("{name} ({})", self.times.text(point.seconds));
         }
         if point.chosen {
             name += " (chosen)";
