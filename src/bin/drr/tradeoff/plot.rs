@@ -132,7 +132,8 @@ impl Plot<'_> {
             .iter()
             .map(|point| {
                 let width = text_size(&self.name(point), TEXT, point.chosen)[0];
-                let size = [f64::from(width), NAME_HEIGHT];
+                // In SVG, bold letters of some fonts are wider than those of PNG.
+                let size = [f64::from(width) * if point.chosen { 1.12 } else { 1.0 }, NAME_HEIGHT];
                 Request { at: spot(self.at(point)), radius: radius(point), size }
             })
             .collect();
