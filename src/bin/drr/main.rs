@@ -16,6 +16,8 @@ mod phantom;
 mod physics;
 mod plan;
 mod project;
+#[cfg_attr(not(test), expect(dead_code, reason = "the subcommand that draws them is to come"))]
+mod tradeoff;
 mod validate;
 mod value;
 mod views;
