@@ -15,6 +15,8 @@ const WHAT: &str = "a spectral model";
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectralModel {
     i0: f64,
+    /// keV.
+    energies: Vec<f64>,
     weights: Vec<f64>,
     /// Rounded sum of `weights`: dividing by it makes an empty path exact.
     weight_sum: f64,
@@ -33,10 +35,12 @@ impl SpectralModel {
         let i0 = spectrum.total();
         let (count, materials) = (spectrum.grid().count(), attenuation.names().len());
         let (mut kept, mut weights) = (reserved(count, WHAT)?, reserved(count, WHAT)?);
+        let mut energies = reserved(count, WHAT)?;
         // A weight that underflows when normalised is no weight either.
         for (k, weight) in spectrum.weights().iter().map(|w| w / i0).enumerate().filter(|(_, w)| *w > 0.0) {
             kept.push(k);
             weights.push(weight);
+            energies.push(spectrum.grid().energy(k));
         }
         let mut coefficients: Vec<f64> = reserved(kept.len() * materials, WHAT)?;
         let rows = (0..materials).map(|m| attenuation.coefficients(m));
@@ -45,7 +49,21 @@ impl SpectralModel {
             .chunks(kept.len())
             .map(|row| row.iter().copied().fold(f64::INFINITY, f64::min))
             .collect();
-        Ok(Self { i0, weight_sum: compensated(weights.iter().copied()), weights, coefficients, least })
+        Ok(Self { i0, energies, weight_sum: compensated(weights.iter().copied()), weights, coefficients, least })
+    }
+
+    /// The sum over some of the bins, given by index, with weights of their own. The least coefficients stay those of
+    /// all bins: stopping early keeps its promise for the exact sum.
+    pub(super) fn of_bins(&self, bins: &[usize], weights: Vec<f64>) -> Self {
+        let rows = (0..self.materials()).map(|m| self.coefficients(m));
+        Self {
+            i0: self.i0,
+            energies: bins.iter().map(|&k| self.energies[k]).collect(),
+            weight_sum: compensated(weights.iter().copied()),
+            weights,
+            coefficients: rows.flat_map(|row| bins.iter().map(|&k| row[k])).collect(),
+            least: self.least.clone(),
+        }
     }
 
     /// Number of energy bins with weight.
@@ -61,6 +79,11 @@ impl SpectralModel {
     /// Signal of a ray that meets nothing: the sum of the spectrum's weights.
     pub fn i0(&self) -> f64 {
         self.i0
+    }
+
+    /// Energy of each bin, keV.
+    pub fn energies(&self) -> &[f64] {
+        &self.energies
     }
 
     /// Relative weight `w_k` of each bin; they sum to 1.

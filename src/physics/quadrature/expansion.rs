@@ -1,0 +1,172 @@
+//! The largest value that a sum of exponentials of either sign can have around a point.
+
+use crate::physics::quadrature::least_squares::dot;
+
+/// Widest exponent that is expanded. Beyond, the cell is to be cut.
+const WIDEST: f64 = 8.0;
+
+/// `Σ_k d_k e^{−δ·x_k}`, for all `|δ_m| ≤ 1`.
+///
+/// The columns `x_m` are nearly proportional (two or three effects make all attenuation), so they are first written
+/// as `x_m = Σ_i α_mi z_i` with orthogonal `z_i`, scaled so that the new variables `y_i = Σ_m α_mi δ_m` are
+/// again within ±1. Then each factor is a series in Chebyshev polynomials with modified Bessel functions,
+/// `e^{−yz} = I_0(z) + 2 Σ_j (−1)^j I_j(z) T_j(y)`, and as `|T_j| ≤ 1` the sum is at most
+/// `Σ_{j1, j2, …} |Σ_k d_k c_{j1}(z_1k) c_{j2}(z_2k) …|` with `c_0 = I_0`, `c_j = 2 I_j`. Terms so small that their
+/// signs need not be known are added as `Σ_k |d_k| …`: the result stays an upper bound.
+pub(super) struct Expansion {
+    differences: Vec<f64>,
+    directions: Vec<Direction>,
+    /// Bound of what was left out so far.
+    left_out: f64,
+    /// Terms at most this large are left out.
+    small: f64,
+}
+
+/// One `z_i`.
+struct Direction {
+    /// `c_j` by order j, one per bin.
+    orders: Vec<Vec<f64>>,
+    /// `Σ_{i ≥ j} |c_i|` times the largest value of the factors of all later directions, likewise.
+    tails: Vec<Vec<f64>>,
+}
+
+impl Expansion {
+    /// Of `differences` d and one column x of exponents per material. `masses` are any positive weights of the bins, for
+    /// which the directions are orthogonal. `None` when an exponent is too wide.
+    pub(super) fn new(differences: &[f64], columns: &[Vec<f64>], masses: &[f64], small: f64) -> Option<Self> {
+        let exponent = |k: usize| columns.iter().map(|column| column[k].abs()).sum::<f64>();
+        let bins = differences.len();
+        let largest: Vec<f64> = (0..bins).map(|k| differences[k].abs() * exponent(k).exp()).collect();
+        let kept: Vec<usize> = (0..bins).filter(|&k| !(largest[k] * bins as f64 <= small)).collect();
+        let total: f64 = largest.iter().sum();
+        let left_out: f64 = total - kept.iter().map(|&k| largest[k]).sum::<f64>();
+        let left_out = left_out.max(0.0) + 1e-15 * total.min(1.0);
+        let of_kept = |values: &[f64]| -> Vec<f64> { kept.iter().map(|&k| values[k]).collect() };
+        let differences = of_kept(differences);
+        let columns: Vec<_> = columns.iter().map(|column| of_kept(column)).collect();
+        let mut expansion = Self { differences, directions: Vec::new(), left_out, small };
+        let exponents = expansion.orthogonalise(columns, &of_kept(masses));
+        let mut later = vec![1.0; kept.len()];
+        for z in exponents.iter().rev() {
+            expansion.directions.insert(0, Direction::new(z, &later)?);
+            later.iter_mut().zip(z).for_each(|(factor, z)| *factor *= z.abs().exp());
+        }
+        Some(expansion)
+    }
+
+    /// The `z_i` that matter; the bound of the others' effect goes to `left_out`.
+    fn orthogonalise(&mut self, mut columns: Vec<Vec<f64>>, masses: &[f64]) -> Vec<Vec<f64>> {
+        let product = |a: &[f64], b: &[f64]| -> f64 {
+            masses.iter().zip(a).zip(b).map(|((mass, a), b)| mass * a * b).sum()
+        };
+        let mut exponents: Vec<Vec<f64>> = Vec::new();
+        loop {
+            let effect = self.effect(&exponents, &columns);
+            if effect <= self.small || columns.is_empty() {
+                self.left_out += effect;
+                return exponents;
+            }
+            let longer = |&a: &usize, &b: &usize| {
+                product(&columns[a], &columns[a]).total_cmp(&product(&columns[b], &columns[b]))
+            };
+            let pivot = (0..columns.len()).max_by(longer).unwrap_or(0);
+            let direction = columns.swap_remove(pivot);
+            let square = product(&direction, &direction);
+            let mut range = 1.0;
+            for column in columns.iter_mut().filter(|_| square > 0.0) {
+                let part = product(column, &direction) / square;
+                range += part.abs();
+                column.iter_mut().zip(&direction).for_each(|(value, z)| *value -= part * z);
+            }
+            exponents.push(direction.into_iter().map(|z| z * range).collect());
+        }
+    }
+
+    /// Bound of `|Σ_k d_k e^{−y·z_k} (e^{−δ·x_k} − 1)|` for what is left of the columns.
+    fn effect(&self, exponents: &[Vec<f64>], columns: &[Vec<f64>]) -> f64 {
+        let width = |of: &[Vec<f64>], k: usize| of.iter().map(|column| column[k].abs()).sum::<f64>();
+        let of_bin = |(k, d): (usize, &f64)| d.abs() * width(exponents, k).exp() * width(columns, k).exp_m1();
+        self.differences.iter().enumerate().map(of_bin).sum()
+    }
+
+    /// The bound; above `enough` it is any number above `enough`.
+    pub(super) fn bound(&self, enough: f64) -> f64 {
+        let mut bound = self.left_out;
+        self.add(0, &self.differences, &mut bound, enough);
+        bound
+    }
+
+    fn add(&self, index: usize, terms: &[f64], bound: &mut f64, enough: f64) {
+        let Some(direction) = self.directions.get(index) else {
+            *bound += terms.iter().sum::<f64>().abs();
+            return;
+        };
+        let sizes: Vec<f64> = terms.iter().map(|term| term.abs()).collect();
+        let last = index + 1 == self.directions.len();
+        for (order, tail) in direction.orders.iter().zip(&direction.tails) {
+            let rest = dot(&sizes, tail);
+            if !(rest > self.small) {
+                *bound += rest;
+                return;
+            }
+            if last {
+                *bound += dot(terms, order).abs();
+            } else {
+                let next: Vec<f64> = terms.iter().zip(order).map(|(term, factor)| term * factor).collect();
+                self.add(index + 1, &next, bound, enough);
+            }
+            if *bound > enough {
+                return;
+            }
+        }
+    }
+
+    /// Multiplications that a bound takes, roughly.
+    pub(super) fn work(&self) -> usize {
+        let products = self.directions.iter().map(|direction| direction.orders.len()).take(2).product::<usize>();
+        self.differences.len() * products.max(1)
+    }
+}
+
+impl Direction {
+    /// Bessel functions by their ratios, `I_{j+1}/I_j = z / (2(j+1) + z I_{j+2}/I_{j+1})`, from the highest order down,
+    /// and `I_0 + 2 Σ_j I_j = e^z` (Abramowitz & Stegun 1964, 9.6.26 and 9.6.37). `later`: the largest value of
+    /// the factors of later directions.
+    fn new(z: &[f64], later: &[f64]) -> Option<Self> {
+        let widest = z.iter().fold(0.0, |widest: f64, z| widest.max(z.abs()));
+        if !(widest <= WIDEST) {
+            return None;
+        }
+        let highest = highest_order(widest);
+        let mut ratios = vec![vec![0.0; z.len()]; highest + 1];
+        // Σ_{i ≥ j} I_i / I_j
+        let mut sums = vec![vec![1.0; z.len()]; highest + 1];
+        for j in (0..highest).rev() {
+            for (k, z) in z.iter().enumerate() {
+                ratios[j][k] = z / (2.0 * (j + 1) as f64 + z * ratios[j + 1][k]);
+                sums[j][k] = 1.0 + ratios[j][k].abs() * sums[j + 1][k];
+            }
+        }
+        let mut twice: Vec<f64> = z.iter().zip(&sums[0]).map(|(z, s)| 2.0 * z.abs().exp() / (2.0 * s - 1.0)).collect();
+        let (mut orders, mut tails) = (Vec::new(), Vec::new());
+        for j in 0..=highest {
+            let half = if j == 0 { 0.5 } else { 1.0 };
+            orders.push(twice.iter().map(|value| half * value).collect());
+            let whole = if j == 0 { 1.0 } else { 0.0 };
+            let tail = |k: usize| twice[k].abs() * (sums[j][k] - 0.5 * whole) * later[k];
+            tails.push((0..z.len()).map(tail).collect());
+            twice.iter_mut().zip(&ratios[j]).for_each(|(value, ratio)| *value *= ratio);
+        }
+        Some(Self { orders, tails })
+    }
+}
+
+/// The first order whose Bessel function, about `(z/2)^j / j!`, is below rounding.
+fn highest_order(z: f64) -> usize {
+    let (mut order, mut value) = (1, 0.5 * z);
+    while value > 1e-18 && order < 64 {
+        order += 1;
+        value *= 0.5 * z / order as f64;
+    }
+    order
+}
