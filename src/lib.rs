@@ -50,6 +50,7 @@ mod method;
 pub mod phantom;
 pub mod physics;
 pub mod plan;
+pub mod planner;
 mod projector;
 pub mod raycast;
 mod scene;

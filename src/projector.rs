@@ -16,9 +16,10 @@ use crate::engine::{
 };
 use crate::error::{Error, Result};
 use crate::geometry::View;
-use crate::method::Algorithm;
+use crate::method::{Algorithm, Energies};
 use crate::physics::SpectralModel;
 use crate::plan::Plan;
+use crate::planner::Reach;
 use crate::raycast::Beam;
 use crate::scene::{Scene, check_i0};
 use crate::shared::DrrAddress;
@@ -127,6 +128,9 @@ impl Context {
     }
 }
 
+/// How much more matter rays may meet than those that were cast to find out.
+const BETWEEN_RAYS: f64 = 1.25;
+
 /// Projects one volume as one scene says. Immutable: may be used from many threads at once.
 pub struct Projector {
     context: Context,
@@ -158,9 +162,31 @@ impl From<View> for ViewRequest {
 }
 
 impl Projector {
-    /// Plans `scene` for `volume` and makes the context's engine ready.
+    /// Plans `scene` for `volume` and makes the context's engine ready. A scene of few energies gets those that suit
+    /// C-arm views of the volume; what rays of other views lie beyond takes longer, and is no less exact.
     pub fn new(context: &Context, volume: Arc<Volume>, scene: Scene) -> Result<Self> {
-        let plan = Plan::new(&scene, &volume, context.backend)?;
+        let few = matches!(scene.method.energies, Energies::Few { .. });
+        let reach = if few && context.backend != Backend::Reference {
+            // Of the scene as it is: what is wrong with it is said before rays are cast.
+            Plan::new(&scene, &volume, context.backend, None)?;
+            context.install(|| Reach::of_c_arms(&scene, &volume))?
+        } else {
+            None
+        };
+        let reach = reach.map(|reach| reach.stretched(BETWEEN_RAYS));
+        Self::with_reach(context, volume, scene, reach.as_ref())
+    }
+
+    /// As [`Projector::new`], for a caller who knows what rays will meet; without a reach all energies are summed.
+    pub fn with_reach(
+        context: &Context,
+        volume: Arc<Volume>,
+        scene: Scene,
+        reach: Option<&Reach>,
+    ) -> Result<Self> {
+        scene.validate()?;
+        let quadrature = reach.map_or(Ok(None), |reach| reach.quadrature(&scene))?;
+        let plan = Plan::new(&scene, &volume, context.backend, quadrature)?;
         let engine: Box<dyn Engine> = match context.backend {
             Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan)?),
             Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.method.algorithm)?),

@@ -49,7 +49,14 @@ impl SpectralModel {
             .chunks(kept.len())
             .map(|row| row.iter().copied().fold(f64::INFINITY, f64::min))
             .collect();
-        Ok(Self { i0, energies, weight_sum: compensated(weights.iter().copied()), weights, coefficients, least })
+        Ok(Self {
+            i0,
+            energies,
+            weight_sum: compensated(weights.iter().copied()),
+            weights,
+            coefficients,
+            least,
+        })
     }
 
     /// The sum over some of the bins, given by index, with weights of their own. The least coefficients stay those of

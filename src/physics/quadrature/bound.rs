@@ -83,14 +83,16 @@ impl<'a> Bound<'a> {
         let (centre, half) = cell.centre_and_half();
         let (passing, p) = self.passing(&centre);
         *work += 10 * bins * self.model.materials();
-        let differences: Vec<f64> = (0..bins).map(|k| passing[k] * (self.reduced[k] - self.exact[k])).collect();
+        let differences: Vec<f64> =
+            (0..bins).map(|k| passing[k] * (self.reduced[k] - self.exact[k])).collect();
         let error = differences.iter().sum::<f64>().ln_1p().abs();
         if !(error <= self.tolerance * p.max(self.floor)) {
             return Verdict::Beyond;
         }
         let least = self.passing(&cell.low).1.max(self.floor);
         let allowed = -(-self.tolerance * least).exp_m1();
-        let exact: Vec<f64> = passing.iter().zip(&self.exact).map(|(passing, weight)| passing * weight).collect();
+        let exact: Vec<f64> =
+            passing.iter().zip(&self.exact).map(|(passing, weight)| passing * weight).collect();
         let columns: Vec<Vec<f64>> = (0..self.model.materials())
             .filter(|&m| half[m] > 0.0)
             .map(|m| {

@@ -83,11 +83,14 @@ impl Choice {
             support.remove(i);
             self.trial(support)
         };
-        let mut trials: Vec<Trial> = (0..trial.support.len()).map(without).filter(|t| !t.support.is_empty()).collect();
+        let mut trials: Vec<Trial> =
+            (0..trial.support.len()).map(without).filter(|t| !t.support.is_empty()).collect();
         trials.sort_by(|a, b| a.residual.total_cmp(&b.residual));
-        trials.into_iter().take(2).map(|trial| self.moved(trial)).find(|trial| {
-            self.error(&trial.support, &trial.weights) <= 0.9 * self.tolerance
-        })
+        trials
+            .into_iter()
+            .take(2)
+            .map(|trial| self.moved(trial))
+            .find(|trial| self.error(&trial.support, &trial.weights) <= 0.9 * self.tolerance)
     }
 
     /// The places that a search by smaller and smaller steps finds.
@@ -143,7 +146,9 @@ impl Choice {
         let sum: f64 = weights.iter().sum();
         let normalised: Vec<f64> = weights.iter().map(|weight| weight / sum).collect();
         let residual = columns.residual(support, &normalised, target);
-        residual[..residual.len() - 1].iter().fold(0.0, |worst, error| if error.abs() <= worst { worst } else { error.abs() })
+        residual[..residual.len() - 1]
+            .iter()
+            .fold(0.0, |worst, error| if error.abs() <= worst { worst } else { error.abs() })
     }
 
     fn named(&self, trial: &Trial) -> Nodes {

@@ -123,7 +123,8 @@ impl Expansion {
 
     /// Multiplications that a bound takes, roughly.
     pub(super) fn work(&self) -> usize {
-        let products = self.directions.iter().map(|direction| direction.orders.len()).take(2).product::<usize>();
+        let products =
+            self.directions.iter().map(|direction| direction.orders.len()).take(2).product::<usize>();
         self.differences.len() * products.max(1)
     }
 }
@@ -147,7 +148,8 @@ impl Direction {
                 sums[j][k] = 1.0 + ratios[j][k].abs() * sums[j + 1][k];
             }
         }
-        let mut twice: Vec<f64> = z.iter().zip(&sums[0]).map(|(z, s)| 2.0 * z.abs().exp() / (2.0 * s - 1.0)).collect();
+        let mut twice: Vec<f64> =
+            z.iter().zip(&sums[0]).map(|(z, s)| 2.0 * z.abs().exp() / (2.0 * s - 1.0)).collect();
         let (mut orders, mut tails) = (Vec::new(), Vec::new());
         for j in 0..=highest {
             let half = if j == 0 { 0.5 } else { 1.0 };

@@ -107,7 +107,8 @@ impl Columns {
             let step = to_zero.map(|(new, old)| old / (old - new)).fold(1.0, f64::min);
             let moved = solution.iter().zip(&support.1).map(|(new, old)| old + step * (new - old));
             // What limits the step is 0 up to rounding.
-            let kept: Vec<(usize, f64)> = support.0.iter().copied().zip(moved).filter(|(_, x)| *x > 1e-15).collect();
+            let kept: Vec<(usize, f64)> =
+                support.0.iter().copied().zip(moved).filter(|(_, x)| *x > 1e-15).collect();
             let all = kept.len() == solution.len();
             *support = kept.into_iter().unzip();
             if all && step == 1.0 || support.0.is_empty() {
