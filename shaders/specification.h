@@ -23,8 +23,8 @@ struct DrrSpecification {
     DRR_METHOD bool end_block(DRR_CONSTANT DrrBeam &) { return false; }
 
     DRR_METHOD void start(DRR_CONSTANT DrrBeam &beam, DRR_THREAD const DrrSpectra &spectra) {
-        attenuation = spectra.attenuation + beam.first_attenuation;
-        bins = beam.bins;
+        attenuation = spectra.attenuation + beam.all.first_attenuation;
+        bins = beam.all.bins;
         DRR_UNROLL
         for (uint k = 0; k < DRR_SPECIFICATION_ENERGIES; k++) depth[k] = 0.0f;
     }
@@ -59,7 +59,7 @@ struct DrrSpecification {
     }
 
     DRR_METHOD float intensity(DRR_CONSTANT DrrBeam &beam, DRR_THREAD const DrrSpectra &spectra, float cm) {
-        const DRR_DEVICE float *const weight = spectra.weight + beam.first_weight;
+        const DRR_DEVICE float *const weight = spectra.weight + beam.all.first_weight;
         float sum = 0.0f;
         DRR_UNROLL
         for (uint k = 0; k < DRR_SPECIFICATION_ENERGIES; k++) {

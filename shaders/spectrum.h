@@ -47,12 +47,12 @@ DRR_FUNCTION float drr_exp_minus(float x) {
 }
 
 // Sums 2^(reference - depth) over the energies by their weights; depths and areal densities are in powers of 2.
-DRR_FUNCTION float drr_passing(DRR_CONSTANT DrrBeam &beam, DRR_THREAD const DrrSpectra &spectra,
+DRR_FUNCTION float drr_passing(DRR_CONSTANT DrrTable &table, DRR_THREAD const DrrSpectra &spectra,
                                DRR_THREAD const float *areal_density, float reference) {
-    const DRR_DEVICE float *const weights = spectra.weight + beam.first_weight;
-    const DRR_DEVICE float *const attenuation = spectra.attenuation + beam.first_attenuation;
+    const DRR_DEVICE float *const weights = spectra.weight + table.first_weight;
+    const DRR_DEVICE float *const attenuation = spectra.attenuation + table.first_attenuation;
     DrrTwofold sum = drr_twofold(0.0f);
-    for (uint first = 0; first < beam.bins; first += DRR_ENERGIES_TOGETHER) {
+    for (uint first = 0; first < table.bins; first += DRR_ENERGIES_TOGETHER) {
         float power[DRR_ENERGIES_TOGETHER], four[4];
         DRR_UNROLL
         for (uint n = 0; n < DRR_ENERGIES_TOGETHER; n++) power[n] = reference;
@@ -61,7 +61,7 @@ DRR_FUNCTION float drr_passing(DRR_CONSTANT DrrBeam &beam, DRR_THREAD const DrrS
             if (!DRR_HAS(m)) continue;
             DRR_UNROLL
             for (uint n = 0; n < DRR_ENERGIES_TOGETHER; n++) {
-                if (n % 4 == 0) drr_load_four(attenuation + m * beam.bins + first + n, four);
+                if (n % 4 == 0) drr_load_four(attenuation + m * table.bins + first + n, four);
                 power[n] = drr_fma(-four[n % 4], areal_density[m], power[n]);
             }
         }
@@ -73,21 +73,21 @@ DRR_FUNCTION float drr_passing(DRR_CONSTANT DrrBeam &beam, DRR_THREAD const DrrS
         }
         drr_add_to(sum, block);
     }
-    return drr_rounded(drr_divide(sum, beam.weight_sum));
+    return drr_rounded(drr_divide(sum, table.weight_sum));
 }
 
 // The line integral, in powers of 2, by the logarithms of the weights: for rays that pass only where the weight is one
 // that float32 holds badly or not at all.
-DRR_FUNCTION float drr_faint_line_integral(DRR_CONSTANT DrrBeam &beam, DRR_THREAD const DrrSpectra &spectra,
+DRR_FUNCTION float drr_faint_line_integral(DRR_CONSTANT DrrTable &table, DRR_THREAD const DrrSpectra &spectra,
                                            DRR_THREAD const float *areal_density) {
-    const DRR_DEVICE float *const logarithm = spectra.weight + beam.first_weight + beam.bins;
+    const DRR_DEVICE float *const logarithm = spectra.weight + table.first_weight + table.bins;
     float least = 0.0f, sum = 0.0f;
     for (uint pass = 0; pass < 2; pass++) {
-        for (uint k = 0; k < beam.bins; k++) {
+        for (uint k = 0; k < table.bins; k++) {
             float depth = -DRR_LOG2_E * logarithm[k];
             DRR_UNROLL
             for (uint m = 0; m < DRR_MAX_LABELS; m++) {
-                const uint place = beam.first_attenuation + m * beam.bins + k;
+                const uint place = table.first_attenuation + m * table.bins + k;
                 if (DRR_HAS(m)) depth = drr_fma(spectra.attenuation[place], areal_density[m], depth);
             }
             if (pass == 0) least = k == 0 ? depth : drr_min(least, depth);
@@ -95,6 +95,21 @@ DRR_FUNCTION float drr_faint_line_integral(DRR_CONSTANT DrrBeam &beam, DRR_THREA
         }
     }
     return least - DRR_LOG2_E * drr_log(sum);
+}
+
+// The table that a ray is summed over: the few energies only where their error is known.
+DRR_FUNCTION DRR_CONSTANT DrrTable &drr_table(DRR_CONSTANT DrrBeam &beam, DRR_THREAD const float *areal_density) {
+#if defined(DRR_FEW_ENERGIES)
+    bool known = true;
+    DRR_UNROLL
+    for (uint m = 0; m < DRR_MAX_LABELS; m++) {
+        if (DRR_HAS(m)) known = known && areal_density[m] <= beam.few_up_to[m];
+    }
+    if (known) return beam.few;
+#else
+    (void)areal_density;
+#endif
+    return beam.all;
 }
 
 // What is left of the weights below which they are not trusted.
@@ -116,9 +131,10 @@ DRR_FUNCTION DrrSignal drr_signal(DRR_CONSTANT DrrBeam &beam, DRR_THREAD const D
         least = drr_fma(beam.least_attenuation[m], in_powers_of_2[m], least);
     }
     if (present == 0.0f) return signal;
-    const float passing = drr_passing(beam, spectra, in_powers_of_2, least);
+    DRR_CONSTANT DrrTable &table = drr_table(beam, areal_density);
+    const float passing = drr_passing(table, spectra, in_powers_of_2, least);
     if (passing < DRR_FAINT) {
-        signal.line_integral = DRR_LN_2 * drr_faint_line_integral(beam, spectra, in_powers_of_2);
+        signal.line_integral = DRR_LN_2 * drr_faint_line_integral(beam.all, spectra, in_powers_of_2);
         signal.intensity = beam.i0 * drr_exp_minus(signal.line_integral);
         return signal;
     }

@@ -45,21 +45,21 @@ DRR_FUNCTION void drr_keep_weights(DRR_DEVICE DrrBeam &beam, DRR_DEVICE float *w
         weight[k] = k < bins ? weight[k] / i0 : 0.0f;
         sum = drr_add(sum, drr_twofold(weight[k]));
     }
-    beam.bins = padded;
+    beam.all.bins = padded;
     beam.i0 = i0;
-    beam.weight_sum.high = sum.high;
-    beam.weight_sum.low = sum.low;
+    beam.all.weight_sum.high = sum.high;
+    beam.all.weight_sum.low = sum.low;
 }
 
-// Prepares the tables of one view. The host has left room for `beam.bins` energies, padded, and the scene's tables there:
+// Prepares the tables of one view. The host has left room for `beam.all.bins` energies, padded, and the scene's tables there:
 // photons by energy, not normalised, and mass attenuation by material and energy, each row padded. `own_weight` and
 // `own_attenuation`, which is without padding, take their places unless they are null.
 DRR_FUNCTION void drr_prepare_tables(DRR_DEVICE DrrBeam &beam, DRR_DEVICE float *weights, DRR_DEVICE float *attenuations,
                                      const DRR_DEVICE float *own_weight, const DRR_DEVICE float *own_attenuation,
                                      uint materials) {
-    DRR_DEVICE float *const weight = weights + beam.first_weight;
-    DRR_DEVICE float *const attenuation = attenuations + beam.first_attenuation;
-    const uint energies = beam.bins;
+    DRR_DEVICE float *const weight = weights + beam.all.first_weight;
+    DRR_DEVICE float *const attenuation = attenuations + beam.all.first_attenuation;
+    const uint energies = beam.all.bins;
     uint bins = 0;
     for (uint k = 0; k < energies; k++) {
         if (own_weight) weight[k] = own_weight[k];

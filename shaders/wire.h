@@ -20,6 +20,14 @@ struct DrrAffine {
     DrrTwofold row;
 };
 
+// Where a sum over energies finds its tables.
+struct DrrTable {
+    uint bins;
+    uint first_weight;      // of `bins` in the array of weights; as many logarithms follow
+    uint first_attenuation; // of materials * bins in the array of mass attenuation, material-major
+    DrrTwofold weight_sum;
+};
+
 // All rays of one view, in voxel-index space, relative to the centre of the volume.
 struct DrrBeam {
     DrrAffine direction[3];
@@ -30,13 +38,11 @@ struct DrrBeam {
     uint anchor_kind;
     uint ends;              // DRR_ENDS_AT_SOURCE | DRR_ENDS_AT_PIXEL
     uint early_exit;        // 1: a ray may stop once it is opaque
-    // The view's spectral tables.
-    uint bins;
-    uint first_weight;      // of `bins` in the array of weights
-    uint first_attenuation; // of materials * bins in the array of mass attenuation, material-major
     float i0;
-    DrrTwofold weight_sum;
     float least_attenuation[DRR_MAX_LABELS]; // cm^2/g, over the bins with weight
+    DrrTable all;           // the view's bins with weight
+    DrrTable few;           // with DRR_FEW_ENERGIES: what stands for all of them
+    float few_up_to[DRR_MAX_LABELS]; // as long as no areal density, g/cm^2, is above this; negative: never
 };
 
 #define DRR_ANCHOR_POINT 0
@@ -71,7 +77,7 @@ struct DrrLaunch {
     float kink[2];
 };
 
-static_assert(sizeof(DrrBeam) == 308, "src/engine/gpu/wire.rs says the same");
+static_assert(sizeof(DrrBeam) == 360, "src/engine/gpu/wire.rs says the same");
 static_assert(sizeof(DrrLaunch) == 272, "src/engine/gpu/wire.rs says the same");
 
 #endif

@@ -20,7 +20,7 @@ use crate::geometry::View;
 use crate::method::Algorithm;
 use crate::physics::SpectralModel;
 use crate::plan::Plan;
-use crate::planner::{self, Cache, Costs};
+use crate::planner::{self, Cache, Costs, Reach};
 use crate::raycast::Beam;
 use crate::scene::{Scene, check_i0};
 use crate::shared::DrrAddress;
@@ -183,9 +183,20 @@ impl From<View> for ViewRequest {
 }
 
 impl Projector {
-    /// Plans `scene` for `volume` and makes the context's engine ready.
+    /// Plans `scene` for `volume` and makes the context's engine ready. A tolerance, or few energies, are planned by casting
+    /// some of the rays of the scene's expected views.
     pub fn new(context: &Context, volume: Arc<Volume>, scene: Scene) -> Result<Self> {
         let plan = planner::plan(context, &volume, &scene)?;
+        Self::planned(context, volume, scene, plan)
+    }
+
+    /// As [`Projector::new`], for a caller who knows what rays will meet, of a scene without a tolerance.
+    pub fn with_reach(context: &Context, volume: Arc<Volume>, scene: Scene, reach: &Reach) -> Result<Self> {
+        let plan = Plan::new(&scene, &volume, context.backend, None)?;
+        let plan = match reach.quadrature(&scene)? {
+            None => plan,
+            few => Plan::new(&scene, &volume, context.backend, few)?,
+        };
         Self::planned(context, volume, scene, plan)
     }
 

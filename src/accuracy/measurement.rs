@@ -78,14 +78,9 @@ impl Truth {
         self.floor
     }
 
-    /// Largest areal density of each material, g/cm².
-    pub fn reach(&self) -> Vec<f64> {
-        let most = |material: usize| {
-            let views = 0..self.exact.views;
-            let planes = views.flat_map(|view| self.exact.areal_density(view, material));
-            planes.copied().fold(0.0, f64::max)
-        };
-        (0..self.exact.materials).map(most).collect()
+    /// Intensities, line integrals and areal densities of the rays.
+    pub(crate) fn exact(&self) -> &Images<f64> {
+        &self.exact
     }
 
     /// The same rays, cast with a projector's engine and plan.

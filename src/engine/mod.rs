@@ -105,6 +105,13 @@ pub struct ViewJob {
     pub lut_addresses: [DrrAddress; 2],
 }
 
+impl ViewJob {
+    /// Whether the view brings no spectral tables of its own.
+    pub(crate) fn has_the_scene_s_tables(&self) -> bool {
+        self.spectral.is_none() && self.lut_addresses == [0, 0]
+    }
+}
+
 /// What an engine is asked to do.
 pub struct Job<'a> {
     /// The views.

@@ -1,5 +1,6 @@
 //! How a scene is simulated: the stages it calls for, what each costs and why, and what was left out.
 
+mod signal;
 mod stage;
 #[cfg(test)]
 mod tests;
@@ -35,7 +36,7 @@ pub struct Plan {
     pub materials: Vec<PlannedMaterial>,
     /// Energy bins with weight.
     pub energy_bins: usize,
-    /// The energies that are summed in their stead, where that is bounded.
+    /// The few energies that are summed instead, for the rays whose areal densities are within its limits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature: Option<Quadrature>,
     /// Why the method is what it is, where the scene states a tolerance.
@@ -60,25 +61,23 @@ pub struct PlannedMaterial {
 }
 
 impl Plan {
-    /// Plans `scene` for `volume` on `engine`.
+    /// Plans `scene` for `volume` on `engine`; `quadrature` is one of the scene's model, which the reference engine does
+    /// without.
     ///
     /// # Errors
     /// `InvalidArgument` when the scene is not valid, or the volume carries a label that has no material;
     /// `Unsupported` when the engine does not have the scene's algorithm or cannot read the volume.
-    pub fn new(scene: &Scene, volume: &Volume, engine: Backend) -> Result<Self> {
+    pub fn new(
+        scene: &Scene,
+        volume: &Volume,
+        engine: Backend,
+        quadrature: Option<Quadrature>,
+    ) -> Result<Self> {
         scene.validate()?;
         engine.check_reads(volume)?;
         Self::check_method(scene.method, volume, engine)?;
         let names = scene.materials.names();
-        let labelled = volume.materials().iter().rposition(|m| m.labelled).unwrap_or(0);
-        if labelled >= names.len() {
-            return Err(Error::invalid(
-                "scene.material_count",
-                names.len(),
-                format!("at least {}: the volume has voxels with label {labelled}", labelled + 1),
-            ));
-        }
-        Self::check_classes(names, volume)?;
+        Self::check_labels(names, volume)?;
         let attenuates = |label: usize| volume.materials()[label].max_density > 0.0;
         let materials: Vec<_> = (0..names.len())
             .filter(|&label| attenuates(label))
@@ -92,7 +91,7 @@ impl Plan {
             method: scene.method,
             supersampling: scene.supersampling,
             energy_bins: scene.spectral_model()?.bins(),
-            quadrature: None,
+            quadrature: quadrature.filter(|_| engine != Backend::Reference),
             choice: None,
             block: Self::block(engine, volume),
             stages: Vec::new(),
@@ -135,6 +134,20 @@ impl Plan {
             Backend::Metal => Some([16, 16]),
             Backend::Reference | Backend::Cpu | Backend::Host => None,
         }
+    }
+
+    /// # Errors
+    /// `InvalidArgument` when a label has no material, or another than it was made for.
+    fn check_labels(names: &[String], volume: &Volume) -> Result<()> {
+        let labelled = volume.materials().iter().rposition(|m| m.labelled).unwrap_or(0);
+        if labelled >= names.len() {
+            return Err(Error::invalid(
+                "scene.material_count",
+                names.len(),
+                format!("at least {}: the volume has voxels with label {labelled}", labelled + 1),
+            ));
+        }
+        Self::check_classes(names, volume)
     }
 
     /// Labels that thresholds made mean certain materials; a scene with other built-in materials is a mistake. Names that

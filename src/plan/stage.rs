@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use crate::engine::Backend;
-use crate::method::Algorithm;
-use crate::plan::Plan;
+use crate::method::{Algorithm, Energies};
+use crate::plan::{Plan, signal};
 use crate::scene::Scene;
 use crate::volume::Volume;
 
@@ -36,31 +36,7 @@ pub struct Omission {
 
 pub(super) fn stages(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Stage> {
     let rays = plan.rays_per_view();
-    let mut stages = vec![march(plan, rays)];
-    let terms = plan.energy_bins * plan.materials.len();
-    stages.push(if plan.energy_bins == 1 {
-        Stage {
-            name: "attenuate",
-            on_request: false,
-            what: "I = I0 exp(−Σ_m (μ/ρ)_m A_m) at one energy".into(),
-            reason: "the spectrum has a single bin".into(),
-            cost: format!("{rays} exponentials"),
-            error: signal_error(plan),
-        }
-    } else {
-        Stage {
-            name: "spectrum",
-            on_request: false,
-            what: format!(
-                "I = Σ_k w_k exp(−Σ_m (μ/ρ)_m(E_k) A_m) over {} bins × {} materials, once per ray",
-                plan.energy_bins,
-                plan.materials.len()
-            ),
-            reason: format!("the scene is poly-energetic ({})", scene.spectrum.name()),
-            cost: format!("{} exponentials, {} multiply-adds", rays * plan.energy_bins, rays * terms),
-            error: signal_error(plan),
-        }
-    });
+    let mut stages = vec![march(plan, rays), signal::stage(plan, scene, rays)];
     if plan.supersampling > 1 {
         stages.push(Stage {
             name: "supersampling",
@@ -113,14 +89,6 @@ fn march(plan: &Plan, rays: usize) -> Stage {
     }
 }
 
-/// Every bin with weight is summed, so rounding is all.
-fn signal_error(plan: &Plan) -> String {
-    match plan.engine {
-        Backend::Reference => "float64 rounding".into(),
-        _ => "float32: |Δp| ≤ 2e-6 p + 1e-6".into(),
-    }
-}
-
 fn longest(plan: &Plan) -> usize {
     plan.volume.into_iter().max().unwrap_or(0)
 }
@@ -139,6 +107,12 @@ pub(super) fn omissions(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Omis
                 reason: format!("{reason}; no accumulator, exactly no error"),
             });
         }
+    }
+    if matches!(plan.method.energies, Energies::Few { .. }) && plan.quadrature.is_none() {
+        omissions.push(Omission {
+            name: "few energies".into(),
+            reason: "none are known that keep the bound; all bins are summed".into(),
+        });
     }
     let dropped = scene.spectrum.weights().len() - plan.energy_bins;
     if dropped > 0 {

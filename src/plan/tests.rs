@@ -15,7 +15,7 @@ fn volume(hu: &[i16], labels: Option<&[u8]>) -> Volume {
 }
 
 fn plan(scene: &Scene, volume: &Volume) -> Plan {
-    Plan::new(scene, volume, Backend::Cpu).expect("valid")
+    Plan::new(scene, volume, Backend::Cpu, None).expect("valid")
 }
 
 #[test]
@@ -45,7 +45,8 @@ fn a_single_bin_needs_no_sum_over_energies_and_absent_bone_no_path() {
 #[test]
 fn a_label_without_a_material_is_refused() {
     let scene = Scene::new([8, 8]).expect("valid");
-    let error = Plan::new(&scene, &volume(&[0, 0], Some(&[1, 6])), Backend::Cpu).expect_err("label 6 of 4");
+    let error =
+        Plan::new(&scene, &volume(&[0, 0], Some(&[1, 6])), Backend::Cpu, None).expect_err("label 6 of 4");
     assert_eq!(
         error.to_string(),
         "scene.material_count is 4; valid: at least 7: the volume has voxels with label 6"
@@ -67,7 +68,7 @@ fn labels_of_one_scheme_do_not_meet_materials_of_another() {
     let how = Classification::named(Calibration::DEFAULT, "deepdrr_thresholds").expect("built in");
     let volume = Volume::from_int16(grid, &[-900, 40, 900], None, &how).expect("valid");
     let scene = Scene::new([8, 8]).expect("valid");
-    let error = Plan::new(&scene, &volume, Backend::Cpu).expect_err("label 1 is soft tissue, not lung");
+    let error = Plan::new(&scene, &volume, Backend::Cpu, None).expect_err("label 1 is soft tissue, not lung");
     assert!(error.to_string().starts_with("scene.materials[1] is lung; valid: soft_tissue"), "{error}");
 }
 
@@ -77,11 +78,11 @@ fn a_volume_in_a_texture_may_hold_every_material_and_is_for_metal_alone() {
     let how = Classification::named(Calibration::DEFAULT, Thresholds::DEFAULT).expect("built in");
     let volume = Arc::new(Volume::from_texture(grid, Arc::new(()), &how).expect("small"));
     let scene = Scene::new([8, 8]).expect("valid");
-    let planned = Plan::new(&scene, &volume, Backend::Metal).expect("planned, wherever it runs");
+    let planned = Plan::new(&scene, &volume, Backend::Metal, None).expect("planned, wherever it runs");
     let labels: Vec<u8> = planned.materials.iter().map(|m| m.label).collect();
     assert_eq!(labels, [0, 1, 2, 3], "air up to -950 HU has a density");
     for backend in Backend::ALL.into_iter().filter(|&backend| backend != Backend::Metal) {
-        let error = Plan::new(&scene, &volume, backend).expect_err("it cannot read textures");
+        let error = Plan::new(&scene, &volume, backend, None).expect_err("it cannot read textures");
         assert!(matches!(&error, Error::Unsupported(text) if text.contains(backend.name())), "{error}");
     }
     // The truth that images of another engine are measured against.

@@ -24,12 +24,13 @@ const ALWAYS: [(&str, &[u32]); 6] = [
 ];
 
 /// What a kernel has or has not.
-const SOMETIMES: [(&str, &[u32]); 9] = [
+const SOMETIMES: [(&str, &[u32]); 10] = [
     ("DRR_ONE_LABEL", &[1]),
     ("DRR_INTENSITY", &[1]),
     ("DRR_LINE_INTEGRAL", &[1]),
     ("DRR_AREAL_DENSITY", &[1]),
     ("DRR_EARLY_EXIT", &[1]),
+    ("DRR_FEW_ENERGIES", &[1]),
     ("DRR_BONE_PATH", &[3]),
     ("DRR_AXIS", &[0, 1, 2]),
     ("DRR_IMAGE_TEXTURE", &[1, 2]),

@@ -48,18 +48,18 @@ static void check_row(const float *row, const float *table, const std::vector<un
 static void check_weights(const DrrBeam &beam, const float *row, const Table &photons, const std::vector<unsigned> &kept) {
     double i0 = 0.0, sum = 0.0;
     for (unsigned k : kept) i0 += photons[k];
-    for (unsigned bin = 0; bin < beam.bins; bin++) {
+    for (unsigned bin = 0; bin < beam.all.bins; bin++) {
         sum += row[bin];
         if (bin >= kept.size()) {
-            CHECK(row[bin] == 0.0f && row[beam.bins + bin] == -1e30f);
+            CHECK(row[bin] == 0.0f && row[beam.all.bins + bin] == -1e30f);
             continue;
         }
         const double weight = photons[kept[bin]] / i0;
         CHECK(near(row[bin], weight, 2e-7) || weight < 1e-37);
-        CHECK(std::fabs(row[beam.bins + bin] - std::log(weight)) <= 1e-6 + 2e-7 * std::fabs(std::log(weight)) + 4e-6);
+        CHECK(std::fabs(row[beam.all.bins + bin] - std::log(weight)) <= 1e-6 + 2e-7 * std::fabs(std::log(weight)) + 4e-6);
     }
     CHECK(near(beam.i0, i0, 1e-7));
-    CHECK(near((double)beam.weight_sum.high + beam.weight_sum.low, sum, 1e-13));
+    CHECK(near((double)beam.all.weight_sum.high + beam.all.weight_sum.low, sum, 1e-13));
 }
 
 static void prepares(const Table &scene_photons, const Table *own_photons, bool own_attenuation) {
@@ -70,8 +70,8 @@ static void prepares(const Table &scene_photons, const Table *own_photons, bool 
     }
     Table weights = room(scene_photons, 1, 2), attenuations = room(scene, MATERIALS, 1);
     DrrBeam beam = {};
-    beam.bins = ENERGIES;
-    beam.first_weight = beam.first_attenuation = FIRST;
+    beam.all.bins = ENERGIES;
+    beam.all.first_weight = beam.all.first_attenuation = FIRST;
     drr_prepare_tables(beam, weights.data(), attenuations.data(), own_photons ? own_photons->data() : nullptr,
                        own_attenuation ? own.data() : nullptr, MATERIALS);
 
@@ -80,11 +80,11 @@ static void prepares(const Table &scene_photons, const Table *own_photons, bool 
     for (unsigned k = 0; k < ENERGIES; k++) {
         if (photons[k] > 0.0f) kept.push_back(k);
     }
-    CHECK(beam.bins == (kept.size() + 7) / 8 * 8);
+    CHECK(beam.all.bins == (kept.size() + 7) / 8 * 8);
     check_weights(beam, &weights[FIRST], photons, kept);
     for (unsigned m = 0; m < MATERIALS; m++) {
         const Table &table = own_attenuation ? own : scene;
-        check_row(&attenuations[FIRST + m * beam.bins], &table[m * ENERGIES], kept, beam.bins, beam.least_attenuation[m]);
+        check_row(&attenuations[FIRST + m * beam.all.bins], &table[m * ENERGIES], kept, beam.all.bins, beam.least_attenuation[m]);
     }
     CHECK(weights[FIRST - 1] == OUTSIDE && weights.back() == OUTSIDE);
     CHECK(attenuations[FIRST - 1] == OUTSIDE && attenuations.back() == OUTSIDE);

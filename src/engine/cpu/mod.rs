@@ -1,5 +1,6 @@
 //! The float32 engine: all cores, tiles of rays that walk through the volume together.
 
+mod bins;
 mod field;
 mod kernel;
 mod lanes;
@@ -78,7 +79,7 @@ impl Cpu {
             size: scene.detector,
             materials: scene.materials.names().len(),
             bone: bone.map(|bone| Table::indicator(&volume, bone)).transpose()?,
-            signal: Signal::new(Arc::new(scene.spectral_model()?)),
+            signal: Signal::new(Arc::new(scene.spectral_model()?), plan.quadrature.as_ref()),
             accumulators,
             labels,
             volume,
@@ -95,7 +96,7 @@ impl Cpu {
         let [width, height] = self.size;
         let [tile_rows, tile_columns] = self.tile_size();
         let rows = first_row..(first_row + tile_rows).min(height);
-        let own_signal = view.spectral.clone().map(Signal::new);
+        let own_signal = view.spectral.clone().map(|model| Signal::new(model, None));
         let signal = own_signal.as_ref().unwrap_or(&self.signal);
         let vacuum = PixelValue::vacuum(signal.i0());
         let mut values = filled(rows.len() * width, vacuum, "rows of the detector")?;

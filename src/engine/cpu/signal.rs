@@ -1,11 +1,9 @@
-//! From areal densities to the detector's signal, in float32, eight energies at a time.
+//! From areal densities to the detector's signal, in float32.
 
 use std::sync::Arc;
 
-use crate::physics::{MAX_MATERIALS, SpectralModel};
-
-/// Energies summed side by side; the compiler makes vectors of them.
-const WIDTH: usize = 8;
+use crate::engine::cpu::bins::{Bins, WIDTH, Wide};
+use crate::physics::{MAX_MATERIALS, Quadrature, SpectralModel};
 
 /// Terms that are summed in float32 before the sum goes to float64.
 const BLOCK: usize = 16;
@@ -13,37 +11,19 @@ const BLOCK: usize = 16;
 /// A sum of transmissions below this is due to bins whose weight float32 holds badly or not at all.
 const FAINT: f64 = 1e-30;
 
-type Wide = [f32; WIDTH];
-
 /// A spectral model laid out for float32.
 #[derive(Debug, Clone)]
 pub(super) struct Signal {
     model: Arc<SpectralModel>,
-    /// Weights, normalised to sum 1; the last bin is repeated with weight 0 to fill the last vector.
-    weights: Vec<Wide>,
-    /// Their sum as rounded: an empty path has exactly none of them missing.
-    weight_sum: f64,
-    /// Mass attenuation coefficients by label.
-    coefficients: Vec<Vec<Wide>>,
+    all: Bins,
+    /// The few energies that stand for all of them, and where they do.
+    few: Option<(Quadrature, Bins)>,
 }
 
 impl Signal {
-    pub(super) fn new(model: Arc<SpectralModel>) -> Self {
-        let wide = |values: &[f64], filler: f64| -> Vec<Wide> {
-            let filled = |chunk: &[f64]| std::array::from_fn(|i| *chunk.get(i).unwrap_or(&filler) as f32);
-            values.chunks(WIDTH).map(filled).collect()
-        };
-        let coefficients = |m: usize| {
-            let values = model.coefficients(m);
-            wide(values, *values.last().unwrap_or(&0.0))
-        };
-        let weights = wide(model.weights(), 0.0);
-        Self {
-            weight_sum: weights.iter().flatten().copied().map(f64::from).sum(),
-            weights,
-            coefficients: (0..model.materials()).map(coefficients).collect(),
-            model,
-        }
+    pub(super) fn new(model: Arc<SpectralModel>, quadrature: Option<&Quadrature>) -> Self {
+        let few = quadrature.map(|quadrature| (quadrature.clone(), Bins::of(&quadrature.model(&model))));
+        Self { all: Bins::of(&model), few, model }
     }
 
     /// Signal of a ray that meets nothing.
@@ -56,13 +36,24 @@ impl Signal {
         (0..self.model.materials()).map(|m| self.model.least_attenuation(m) * areal_density[m]).sum()
     }
 
+    /// What a ray is summed over: the few energies only where their error is known.
+    fn bins(&self, areal_density: &[f64; MAX_MATERIALS]) -> &Bins {
+        // As they will be summed: rounding may lift them above a limit.
+        let rounded = areal_density.map(|areal| f64::from(areal as f32));
+        match &self.few {
+            Some((quadrature, few)) if quadrature.holds(&rounded[..self.model.materials()]) => few,
+            _ => &self.all,
+        }
+    }
+
     /// Intensity and line integral, by log-sum-exp: with `τ_k = Σ_m (μ/ρ)_m(E_k) A_m` and
     /// `t = min_k τ_k`, `p = t − ln Σ_k w_k exp(t − τ_k)` and `I = I0 exp(−p)`. Nothing overflows, and I underflows to 0 while p stays finite.
     pub(super) fn of(&self, areal_density: &[f64; MAX_MATERIALS], depth: &mut Vec<Wide>) -> (f64, f64) {
+        let bins = self.bins(areal_density);
         depth.clear();
-        depth.resize(self.weights.len(), [0.0; WIDTH]);
+        depth.resize(bins.weights.len(), [0.0; WIDTH]);
         let mut present = false;
-        for (row, &areal) in self.coefficients.iter().zip(areal_density) {
+        for (row, &areal) in bins.coefficients.iter().zip(areal_density) {
             let areal = areal as f32;
             if areal != 0.0 {
                 present = true;
@@ -80,7 +71,7 @@ impl Signal {
         }
         let least = least.into_iter().fold(f32::INFINITY, f32::min);
         let mut beyond = 0.0;
-        for (weights, depths) in self.weights.chunks(BLOCK).zip(depth.chunks(BLOCK)) {
+        for (weights, depths) in bins.weights.chunks(BLOCK).zip(depth.chunks(BLOCK)) {
             let mut sum = [0.0; WIDTH];
             for (weight, depth) in weights.iter().zip(depths) {
                 let transmitted = exp_minus(&std::array::from_fn(|i| depth[i] - least));
@@ -88,7 +79,7 @@ impl Signal {
             }
             beyond += sum.into_iter().map(f64::from).sum::<f64>();
         }
-        beyond /= self.weight_sum;
+        beyond /= bins.weight_sum;
         if beyond < FAINT {
             let seen = &areal_density[..self.model.materials()];
             return (self.model.intensity(seen), self.model.line_integral(seen));
@@ -138,7 +129,7 @@ mod tests {
             let mut areal_density = [0.0; MAX_MATERIALS];
             areal_density[0] = 8.0 * 4.54;
             let exact = model.line_integral(&areal_density[..1]);
-            let (_, got) = Signal::new(Arc::new(model)).of(&areal_density, &mut Vec::new());
+            let (_, got) = Signal::new(Arc::new(model), None).of(&areal_density, &mut Vec::new());
             assert!((got - exact).abs() <= 2e-6 * exact + 1e-6, "weight {faint}: {got} for {exact}");
         }
     }

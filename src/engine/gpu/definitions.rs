@@ -36,13 +36,13 @@ impl Definitions {
         Self(all)
     }
 
-    /// And what a job decides: its layers, the label of bone if its path is wanted, whether any ray may stop early, and
-    /// the driving axis of all rays.
+    /// And what a job decides: its layers, the label of bone if its path is wanted, whether any ray may stop early
+    /// and whether any may be summed over few energies, and the driving axis of all rays.
     pub(super) fn for_job(
         &self,
         layers: Layers,
         bone: Option<u8>,
-        early_exit: bool,
+        (early_exit, few): (bool, bool),
         axis: Option<usize>,
     ) -> Self {
         let mut all = self.0.clone();
@@ -51,6 +51,8 @@ impl Definitions {
             ("DRR_LINE_INTEGRAL", layers.line_integral),
             ("DRR_AREAL_DENSITY", layers.areal_density),
             ("DRR_EARLY_EXIT", early_exit),
+            // Without a signal there is no sum.
+            ("DRR_FEW_ENERGIES", few && (layers.intensity || layers.line_integral)),
         ];
         all.extend(flags.into_iter().filter(|(_, on)| *on).map(|(name, _)| (name, 1)));
         all.extend(bone.map(|label| ("DRR_BONE_PATH", u32::from(label))));
@@ -102,6 +104,9 @@ impl Definitions {
             ] {
                 all.push(Specialisation { layers, bone, early_exit, axis: Some(1), ..plain });
             }
+            all.push(Specialisation { few: true, ..plain });
+            let layers = Layers { intensity: true, ..silent };
+            all.push(Specialisation { layers, early_exit: true, few: true, axis: Some(1), ..plain });
         }
         let mut all: Vec<_> = all.into_iter().map(Specialisation::definitions).collect();
         all.push(all[0].with_specification_loop());
@@ -123,6 +128,7 @@ struct Specialisation {
     layers: Layers,
     bone: Option<u8>,
     early_exit: bool,
+    few: bool,
     axis: Option<usize>,
 }
 
@@ -140,6 +146,7 @@ impl Default for Specialisation {
             layers: Layers::ALL,
             bone: Some(3),
             early_exit: false,
+            few: false,
             axis: None,
         }
     }
@@ -157,6 +164,6 @@ impl Specialisation {
             ("DRR_DENSITY", self.density),
         ];
         all.extend(self.one_label.then_some(("DRR_ONE_LABEL", 1)));
-        Definitions(all).for_job(self.layers, self.bone, self.early_exit, self.axis)
+        Definitions(all).for_job(self.layers, self.bone, (self.early_exit, self.few), self.axis)
     }
 }

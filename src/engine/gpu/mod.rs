@@ -3,6 +3,7 @@
 
 mod beam;
 mod definitions;
+mod few;
 mod occupancy;
 mod prepared;
 mod programs;

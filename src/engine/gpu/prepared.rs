@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::engine::gpu::beam::{beam, common_axis};
 use crate::engine::gpu::definitions::Definitions;
+use crate::engine::gpu::few::Few;
 use crate::engine::gpu::spectra::{Spectra, WholeTables};
 use crate::engine::gpu::voxels::{Density, DeviceVoxels, FRAME};
 use crate::engine::gpu::wire::{Beam, Launch, columns};
@@ -21,6 +22,7 @@ pub(crate) struct Prepared {
     definitions: Definitions,
     launch: Launch,
     model: Arc<SpectralModel>,
+    few: Option<Few>,
     whole_tables: WholeTables,
     bone: Option<u8>,
     /// Width and height, pixels.
@@ -74,11 +76,13 @@ impl Prepared {
             }
             Some(Density::Table(_)) | None => {}
         }
+        let model = Arc::new(scene.spectral_model()?);
         launch.stand_in = std::array::from_fn(|label| voxels.stand_in(label as u8));
         Ok(Self {
             definitions: Definitions::of(plan, materials, voxels),
             launch,
-            model: Arc::new(scene.spectral_model()?),
+            few: plan.quadrature.as_ref().map(|quadrature| Few::of(quadrature, &model)),
+            model,
             whole_tables: WholeTables::of(scene),
             bone: scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled),
             size: scene.detector,
@@ -104,16 +108,20 @@ impl Prepared {
                 } else {
                     spectra.make_room(&self.whole_tables, &mut beam);
                 }
+                if let Some(few) = self.few.as_ref().filter(|_| view.has_the_scene_s_tables()) {
+                    spectra.set_few(few, &mut beam);
+                }
                 beam
             })
             .collect();
+        let few = self.few.is_some() && views.iter().any(ViewJob::has_the_scene_s_tables);
         let early_exit = may_stop && views.iter().any(|view| view.early_exit);
         // Without bone in the volume the kernel leaves the layer as it is.
         let bone = self.bone.filter(|_| layers.bone_path);
         let axis = common_axis(&lines, self.size);
         Views {
             launch: Launch { views: views.len() as u32, ..self.launch },
-            definitions: self.definitions.for_job(layers, bone, early_exit, axis),
+            definitions: self.definitions.for_job(layers, bone, (early_exit, few), axis),
             beams,
             spectra,
         }

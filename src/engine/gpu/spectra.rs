@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::engine::gpu::wire::Beam;
+use crate::engine::gpu::few::Few;
+use crate::engine::gpu::wire::{Beam, Table};
 use crate::physics::SpectralModel;
 use crate::scene::Scene;
 
@@ -13,13 +14,16 @@ const TOGETHER: usize = 8;
 /// `DRR_SPECIFICATION_ENERGIES` in `shaders/specification.h`.
 const SPECIFICATION_ENERGIES: usize = 136;
 
+/// Less than any areal density.
+const NEVER: f32 = -1.0;
+
 /// The logarithm of no weight, as far as float32 sums can tell.
 const NO_WEIGHT: f64 = -1e30;
 
 /// The tables of all views, one after the other; views that share a model share its tables.
 #[derive(Debug, Default)]
 pub(crate) struct Spectra {
-    models: Vec<(Arc<SpectralModel>, Place)>,
+    models: Vec<(Arc<SpectralModel>, Table)>,
     /// Weights by energy, normalised to sum 1; and once more their natural logarithms, which float32 can hold always.
     pub weights: Vec<f32>,
     /// Mass attenuation by material and energy, cm²/g.
@@ -49,59 +53,67 @@ impl WholeTables {
     }
 }
 
-/// Where a model's tables begin.
-#[derive(Debug, Clone, Copy)]
-struct Place {
-    weight: usize,
-    attenuation: usize,
-}
-
 impl Spectra {
-    /// Names a model's tables in a beam.
+    /// Names a model's tables in a beam, to be summed over whatever a ray has met.
     pub(super) fn set(&mut self, model: &Arc<SpectralModel>, beam: &mut Beam) {
-        let place = self.place(model);
-        beam.bins = model.bins().next_multiple_of(TOGETHER) as u32;
-        beam.first_weight = place.weight as u32;
-        beam.first_attenuation = place.attenuation as u32;
+        beam.all = self.table(model);
+        beam.few_up_to = [NEVER; 8];
         beam.i0 = model.i0() as f32;
-        // Of the weights as rounded: an empty path has exactly none of them missing.
-        let rounded = &self.weights[place.weight..][..model.bins()];
-        beam.weight_sum = rounded.iter().map(|&weight| f64::from(weight)).sum::<f64>().into();
         for m in 0..model.materials() {
             beam.least_attenuation[m] = model.least_attenuation(m) as f32;
         }
     }
 
+    /// Names in a beam the tables of the few energies that stand for those of its model.
+    pub(super) fn set_few(&mut self, few: &Few, beam: &mut Beam) {
+        beam.few = self.table(&few.model);
+        beam.few_up_to = few.up_to;
+    }
+
     /// Makes room for the tables that a view has in the device's memory, where `shaders/tables.h` prepares them.
     pub(super) fn make_room(&mut self, tables: &WholeTables, beam: &mut Beam) {
-        beam.bins = tables.energies as u32;
-        beam.first_weight = self.weights.len() as u32;
-        beam.first_attenuation = self.attenuation.len() as u32;
+        beam.all = Table { bins: tables.energies as u32, ..self.end() };
+        beam.few_up_to = [NEVER; 8];
         // Twice: logarithms follow.
         self.weights.extend(tables.weights.iter().chain(&tables.weights));
         self.attenuation.extend(&tables.attenuation);
     }
 
-    fn place(&mut self, model: &Arc<SpectralModel>) -> Place {
-        if let Some((_, place)) = self.models.iter().find(|(known, _)| Arc::ptr_eq(known, model)) {
-            return *place;
+    /// A table that begins where the others end.
+    fn end(&self) -> Table {
+        let [first_weight, first_attenuation] =
+            [self.weights.len(), self.attenuation.len()].map(|n| n as u32);
+        Table { first_weight, first_attenuation, ..Table::default() }
+    }
+
+    /// A model's tables, laid out if they are new.
+    fn table(&mut self, model: &Arc<SpectralModel>) -> Table {
+        if let Some((_, table)) = self.models.iter().find(|(known, _)| Arc::ptr_eq(known, model)) {
+            return *table;
         }
-        let place = Place { weight: self.weights.len(), attenuation: self.attenuation.len() };
+        let (mut table, first) = (self.end(), self.attenuation.len());
         let padded = model.bins().next_multiple_of(TOGETHER);
         let extend = |table: &mut Vec<f32>, values: &mut dyn Iterator<Item = f64>, filler: f64| {
             let filled = values.chain(std::iter::repeat(filler)).take(padded);
             table.extend(filled.map(|value| value as f32));
         };
         extend(&mut self.weights, &mut model.weights().iter().copied(), 0.0);
+        table.bins = padded as u32;
+        // Of the weights as rounded: an empty path has exactly none of them missing.
+        let rounded = &self.weights[table.first_weight as usize..];
+        table.weight_sum = rounded.iter().map(|&weight| f64::from(weight)).sum::<f64>().into();
         extend(&mut self.weights, &mut model.weights().iter().map(|weight| weight.ln()), NO_WEIGHT);
         for m in 0..model.materials() {
             let coefficients = model.coefficients(m);
             extend(&mut self.attenuation, &mut coefficients.iter().copied(), coefficients[model.bins() - 1]);
         }
         // The specification's loop reads as many energies as it has, whatever the tables hold.
-        let read = place.attenuation + (model.materials() - 1) * padded + SPECIFICATION_ENERGIES;
+        let read = first + (model.materials() - 1) * padded + SPECIFICATION_ENERGIES;
         self.attenuation.resize(read.max(self.attenuation.len()), 0.0);
-        self.models.push((model.clone(), place));
-        place
+        self.models.push((model.clone(), table));
+        table
     }
 }
+
+#[cfg(test)]
+mod tests;

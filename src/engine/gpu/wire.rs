@@ -64,6 +64,16 @@ pub(super) const ENDS_AT_SOURCE: u32 = 1;
 /// The ray ends at the pixel.
 pub(super) const ENDS_AT_PIXEL: u32 = 2;
 
+/// Where a sum over energies finds its tables.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C)]
+pub(crate) struct Table {
+    pub(super) bins: u32,
+    pub(super) first_weight: u32,
+    pub(super) first_attenuation: u32,
+    pub(super) weight_sum: Twofold,
+}
+
 /// All rays of one view, in voxel-index space, relative to the centre of the volume.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C)]
@@ -75,12 +85,11 @@ pub(crate) struct Beam {
     pub(super) anchor_kind: u32,
     pub(super) ends: u32,
     pub(super) early_exit: u32,
-    pub(super) bins: u32,
-    pub(super) first_weight: u32,
-    pub(super) first_attenuation: u32,
     pub(super) i0: f32,
-    pub(super) weight_sum: Twofold,
     pub(super) least_attenuation: [f32; 8],
+    pub(super) all: Table,
+    pub(super) few: Table,
+    pub(super) few_up_to: [f32; 8],
 }
 
 /// How the codes of voxels with one label stand in for their densities, g/cm³: with t = 2⁻²³ code + origin,
@@ -113,8 +122,8 @@ pub(crate) struct Launch {
 }
 
 const _: () = {
-    assert!(size_of::<Twofold>() == 8 && size_of::<Affine>() == 24);
-    assert!(size_of::<Beam>() == 308 && align_of::<Beam>() == 4);
+    assert!(size_of::<Twofold>() == 8 && size_of::<Affine>() == 24 && size_of::<Table>() == 20);
+    assert!(size_of::<Beam>() == 360 && align_of::<Beam>() == 4);
     assert!(size_of::<Launch>() == 272 && align_of::<Launch>() == 4);
 };
 

@@ -64,8 +64,12 @@ impl Choice {
     pub(super) fn nodes(&self) -> Vec<Nodes> {
         let mut support = (Vec::new(), Vec::new());
         let (columns, target) = &self.compressed;
-        while support.0.len() < MOST_NODES.min(target.len()) && columns.grow(&mut support, target) {
-            if self.error(&support.0, &support.1) <= 0.1 * self.tolerance {
+        for _ in 0..3 * MOST_NODES {
+            let full = support.0.len() >= MOST_NODES.min(target.len());
+            if full
+                || !columns.grow(&mut support, target)
+                || self.error(&support.0, &support.1) <= 0.1 * self.tolerance
+            {
                 break;
             }
         }
@@ -91,7 +95,7 @@ impl Choice {
         let mut trials: Vec<Trial> =
             (0..trial.support.len()).map(without).filter(|t| !t.support.is_empty()).collect();
         trials.sort_by(|a, b| a.residual.total_cmp(&b.residual));
-        let goal = 0.85 * self.tolerance;
+        let goal = 0.8 * self.tolerance;
         trials
             .into_iter()
             .take(3)

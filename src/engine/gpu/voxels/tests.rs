@@ -32,7 +32,7 @@ fn launch(volume: &Volume, voxels: &DeviceVoxels, materials: &[&str]) -> Launch 
     let scene = Scene::new([1, 1]).expect("valid");
     let materials = MassAttenuation::named(materials, *scene.spectrum.grid()).expect("tabulated");
     let scene = Scene { materials, bone: None, ..scene };
-    let plan = Plan::new(&scene, volume, Backend::Metal).expect("valid");
+    let plan = Plan::new(&scene, volume, Backend::Metal, None).expect("valid");
     let prepared = Prepared::new(volume, voxels, &scene, &plan).expect("memory");
     prepared.views(&[], Layers::ALL).launch
 }
