@@ -146,6 +146,11 @@ impl Context {
         self.threads.current_num_threads()
     }
 
+    /// Threads that an engine of the CPU works on; 1 for engines of a device.
+    pub fn work_threads(&self) -> usize {
+        if self.backend.has_device() { 1 } else { self.threads() }
+    }
+
     /// Runs `work`, whose parallel parts then use this context's threads.
     pub fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
         self.threads.install(work)

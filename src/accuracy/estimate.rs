@@ -23,7 +23,7 @@ pub struct Estimate {
 
 impl Estimate {
     /// Of the errors in each replicate of a sample; `None` when there are none. One replicate is all that there is.
-    pub(crate) fn of<I: Iterator<Item = f64>>(replicates: impl Iterator<Item = I>) -> Option<Self> {
+    pub fn of<I: Iterator<Item = f64>>(replicates: impl Iterator<Item = I>) -> Option<Self> {
         let (mut sums, mut max) = (Vec::new(), 0.0_f64);
         for replicate in replicates {
             let (mut squares, mut rays) = (0.0, 0_usize);

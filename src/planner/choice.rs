@@ -84,12 +84,14 @@ impl Choice {
     }
 
     /// The chosen candidate.
-    ///
+    pub fn chosen(&self) -> Option<&Candidate> {
+        self.candidates.iter().find(|candidate| candidate.verdict == Verdict::Chosen)
+    }
+
     /// # Errors
     /// `InvalidArgument` when no candidate keeps the tolerance.
-    pub(super) fn chosen(&self) -> Result<&Candidate> {
-        let chosen = self.candidates.iter().find(|candidate| candidate.verdict == Verdict::Chosen);
-        chosen.ok_or_else(|| {
+    pub(super) fn method(&self) -> Result<Method> {
+        self.chosen().map(|candidate| candidate.method).ok_or_else(|| {
             let errors = |error: fn(&Candidate) -> Option<Estimate>| {
                 self.candidates.iter().filter_map(error).map(|e| e.rms_high).fold(f64::INFINITY, f64::min)
             };

@@ -136,7 +136,6 @@ impl Costs {
     /// how much faster or slower Joseph's rule is here.
     pub fn seconds(&self, context: &Context, method: Method, effort: &Effort, energies: usize) -> f64 {
         let engine = context.backend();
-        let threads = if engine.has_device() { 1.0 } else { context.threads() as f64 };
         let own =
             |method: Method| self.rates(engine).and_then(|rates| rates.seconds(method, effort, energies));
         let built_in = || {
@@ -147,6 +146,6 @@ impl Costs {
             let scale = own(joseph).zip(known(joseph)).map_or(1.0, |(own, known)| own / known);
             known(method).or(known(joseph)).unwrap_or(f64::INFINITY) * scale
         };
-        own(method).unwrap_or_else(built_in) / threads
+        own(method).unwrap_or_else(built_in) / context.work_threads() as f64
     }
 }

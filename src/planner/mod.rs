@@ -82,6 +82,6 @@ fn cheapest(
             break;
         }
     }
-    let plan = Plan::new(&with(choice.chosen()?.method), volume, context.backend(), quadrature)?;
+    let plan = Plan::new(&with(choice.method()?), volume, context.backend(), quadrature)?;
     Ok(Plan { choice: Some(choice), ..plan })
 }

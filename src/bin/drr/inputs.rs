@@ -31,7 +31,7 @@ pub(crate) struct Setup<'a> {
     inputs: &'a Inputs,
     pub(crate) physics: Physics,
     pub(crate) context: Context,
-    method: drr::Method,
+    pub(crate) method: drr::Method,
 }
 
 impl Inputs {
@@ -68,7 +68,17 @@ impl Setup<'_> {
 
     /// A projector for some views.
     pub(crate) fn projector(&self, volume: Arc<Volume>, views: &Views) -> Result<Projector> {
-        Projector::new(&self.context, volume, self.scene(views)).map_err(|error| {
+        self.projector_of(volume, self.scene(views))
+    }
+
+    /// What is projected, in words.
+    pub(crate) fn name(&self) -> String {
+        self.inputs.ct.name()
+    }
+
+    /// A projector of a scene.
+    pub(crate) fn projector_of(&self, volume: Arc<Volume>, scene: Scene) -> Result<Projector> {
+        Projector::new(&self.context, volume, scene).map_err(|error| {
             let argument = match &error {
                 drr::Error::InvalidArgument { argument, .. } if argument == "scene.tolerance" => {
                     "--tolerance-hu"

@@ -3,6 +3,7 @@
 
 mod bench;
 mod certificate;
+mod charts;
 mod check;
 mod cli;
 mod console;
@@ -16,7 +17,7 @@ mod phantom;
 mod physics;
 mod plan;
 mod project;
-#[cfg_attr(not(test), expect(dead_code, reason = "the subcommand that draws them is to come"))]
+mod times;
 mod tradeoff;
 mod validate;
 mod value;
@@ -52,6 +53,7 @@ fn main() -> ExitCode {
         None => project::main_job(console),
         Some(Command::Project(arguments)) => project::run(&arguments, console),
         Some(Command::Plan(arguments)) => plan::run(&arguments, console),
+        Some(Command::Tradeoff(arguments)) => tradeoff::run(&arguments, console),
         Some(Command::Bench(arguments)) => bench::run(&arguments, console),
         Some(Command::Phantom(arguments)) => phantom::run(&arguments, console),
         Some(Command::Validate(arguments)) => validate::run(&arguments, console),

@@ -131,15 +131,7 @@ impl Output<'_> {
         let [width, height] = images.size;
         let shown = images.views.min(PICTURED);
         let upright: Vec<Vec<f32>> = (0..shown)
-            .map(|view| {
-                let values = images.view(&images.line_integral, view);
-                let rows = values.chunks_exact(width);
-                if self.views.poses[view].row_step.z > 0.0 {
-                    rows.rev().flatten().copied().collect()
-                } else {
-                    values.to_vec()
-                }
-            })
+            .map(|view| self.views.upright(view, images.view(&images.line_integral, view), width))
             .collect();
         let picture = radiograph(&upright.iter().map(Vec::as_slice).collect::<Vec<_>>(), width, height)?;
         let path = folder.join("radiograph.png");
