@@ -45,10 +45,7 @@ impl SpectralModel {
         let mut coefficients: Vec<f64> = reserved(kept.len() * materials, WHAT)?;
         let rows = (0..materials).map(|m| attenuation.coefficients(m));
         coefficients.extend(rows.flat_map(|row| kept.iter().map(|&k: &usize| row[k])));
-        let least = coefficients
-            .chunks(kept.len())
-            .map(|row| row.iter().copied().fold(f64::INFINITY, f64::min))
-            .collect();
+        let least = least(&coefficients, kept.len());
         Ok(Self { i0, energies, weight_sum: compensated(weights.iter().copied()), weights, coefficients, least })
     }
 
@@ -64,6 +61,12 @@ impl SpectralModel {
             coefficients: rows.flat_map(|row| bins.iter().map(|&k| row[k])).collect(),
             least: self.least.clone(),
         }
+    }
+
+    /// The same bins with other materials: `coefficients[m*bins + k]`, cm²/g.
+    pub(super) fn with_coefficients(&self, coefficients: Vec<f64>) -> Self {
+        let least = least(&coefficients, self.bins());
+        Self { coefficients, least, ..self.clone() }
     }
 
     /// Number of energy bins with weight.
@@ -148,6 +151,11 @@ impl SpectralModel {
     fn tau(&self, k: usize, areal_density: &[f64]) -> f64 {
         areal_density.iter().enumerate().map(|(m, a)| self.coefficients[m * self.bins() + k] * a).sum()
     }
+}
+
+/// The smallest number of each row.
+fn least(values: &[f64], columns: usize) -> Vec<f64> {
+    values.chunks(columns).map(|row| row.iter().copied().fold(f64::INFINITY, f64::min)).collect()
 }
 
 /// The sum of numbers that are not negative, with the rounding of every addition made good (Kahan, CACM 8(1), 40, 1965):

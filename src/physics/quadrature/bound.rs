@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use crate::physics::quadrature::alloy::Alloy;
 use crate::physics::quadrature::expansion::Expansion;
 use crate::physics::{MAX_MATERIALS, SpectralModel};
 
@@ -11,7 +12,7 @@ const MOST_WORK: usize = 25_000_000;
 /// Part of a cell's tolerance below which single terms are not looked at.
 const SMALL: f64 = 2e-3;
 
-/// The exact sum and a reduced one over the same bins.
+/// The exact sum and a reduced one over the same bins, in the variables of [`Alloy`].
 ///
 /// With `S(A) = Σ_k w_k e^{−τ_k(A)}` and `S'(A)` likewise of the reduced weights, the error of the line integral is
 /// `Δp = −ln(S'/S)`. In a cell of the box, `A = c + δ` with `|δ_m| ≤ h_m`, both are written with the weights that they
@@ -24,6 +25,7 @@ const SMALL: f64 = 2e-3;
 /// `|Δp| ≤ −ln(1 − B)`. Cells are halved until this is within the tolerance at the least p of the cell, that of its
 /// lower corner. Rounding in float64 is not counted: it is of the order of 1e-13 · max(p, 1).
 pub(super) struct Bound<'a> {
+    alloy: &'a Alloy,
     model: &'a SpectralModel,
     exact: Vec<f64>,
     reduced: Vec<f64>,
@@ -49,26 +51,30 @@ enum Verdict {
 impl<'a> Bound<'a> {
     /// Of the sum over the bins `bins` of `model`, with any positive factor of their `weights`.
     pub(super) fn new(
-        model: &'a SpectralModel,
+        alloy: &'a Alloy,
         (bins, weights): (&[usize], &[f64]),
         floor: f64,
         tolerance: f64,
     ) -> Self {
+        let model = alloy.model();
         let [exact, sum] = [model.weights(), weights].map(|weights| weights.iter().sum::<f64>());
         let mut reduced = vec![0.0; model.bins()];
         bins.iter().zip(weights).for_each(|(&bin, weight)| reduced[bin] += weight / sum);
         let exact = model.weights().iter().map(|weight| weight / exact).collect();
-        Self { model, exact, reduced, floor, tolerance }
+        Self { alloy, model, exact, reduced, floor, tolerance }
     }
 
-    /// Bound of `|Δp| / max(p, floor)` over all areal densities from 0 to `limits`. `None` where it exceeds the
+    /// Bound of `|Δp| / max(p, floor)` over all paths. `None` where it exceeds the
     /// tolerance, or too much work would tell.
-    pub(super) fn over(&self, limits: &[f64]) -> Option<f64> {
+    pub(super) fn over_all(&self) -> Option<f64> {
         let mut whole = Cell { low: [0.0; MAX_MATERIALS], high: [0.0; MAX_MATERIALS] };
-        whole.high[..limits.len()].copy_from_slice(limits);
+        whole.high[..self.model.materials()].copy_from_slice(self.alloy.limits());
         let (mut open, mut largest, mut work) = (VecDeque::from([whole]), 0.0, 0);
         // The largest cells first: where the tolerance is not kept, some centre tells soon.
         while let Some(cell) = open.pop_front() {
+            if !self.alloy.meets(&cell.low, &cell.high) {
+                continue;
+            }
             match self.judge(&cell, &mut work) {
                 Verdict::Within(error) => largest = f64::max(largest, error),
                 Verdict::Beyond => return None,
@@ -88,7 +94,7 @@ impl<'a> Bound<'a> {
         *work += 10 * bins * self.model.materials();
         let differences: Vec<f64> = (0..bins).map(|k| passing[k] * (self.reduced[k] - self.exact[k])).collect();
         let error = differences.iter().sum::<f64>().ln_1p().abs();
-        if !(error <= self.tolerance * p.max(self.floor)) {
+        if !(error <= self.tolerance * p.max(self.floor)) && self.alloy.meets(&centre, &centre) {
             return Verdict::Beyond;
         }
         let least = self.passing(&cell.low).1.max(self.floor);
