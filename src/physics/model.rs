@@ -46,7 +46,14 @@ impl SpectralModel {
         let rows = (0..materials).map(|m| attenuation.coefficients(m));
         coefficients.extend(rows.flat_map(|row| kept.iter().map(|&k: &usize| row[k])));
         let least = least(&coefficients, kept.len());
-        Ok(Self { i0, energies, weight_sum: compensated(weights.iter().copied()), weights, coefficients, least })
+        Ok(Self {
+            i0,
+            energies,
+            weight_sum: compensated(weights.iter().copied()),
+            weights,
+            coefficients,
+            least,
+        })
     }
 
     /// The sum over some of the bins, given by index, with weights of their own. The least coefficients stay those of

@@ -58,6 +58,9 @@ impl Quadrature {
         }
         let found = Choice::new(model, limits, floor, tolerance).nodes();
         let alloy = Alloy::new(model, limits);
+        if !alloy.limits().iter().all(|limit| limit.is_finite()) {
+            return None;
+        }
         let fewer = found.into_iter().rev().filter(|(bins, _)| bins.len() < model.bins());
         fewer.take(3).find_map(|(bins, weights)| {
             let bound = Bound::new(&alloy, (&bins, &weights), floor, tolerance).over_all()?;

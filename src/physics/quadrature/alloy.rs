@@ -24,7 +24,8 @@ pub(super) struct Alloy {
 
 impl Alloy {
     pub(super) fn new(model: &SpectralModel, limits: &[f64]) -> Self {
-        let mut rows: Vec<Vec<f64>> = (0..model.materials()).map(|m| model.coefficients(m).to_vec()).collect();
+        let mut rows: Vec<Vec<f64>> =
+            (0..model.materials()).map(|m| model.coefficients(m).to_vec()).collect();
         let (own, mut limits, mut shares) = (limits.to_vec(), limits.to_vec(), Vec::new());
         let spread = |row: &[f64]| spread(row, model.weights());
         let mut order: Vec<usize> = (0..rows.len()).filter(|&m| limits[m] > 0.0).collect();
@@ -36,7 +37,9 @@ impl Alloy {
                 (m, factor, rest.collect::<Vec<f64>>())
             });
             let least = remainders.min_by(|a, b| spread(&a.2).total_cmp(&spread(&b.2)));
-            if let Some((m, factor, rest)) = least.filter(|least| spread(&least.2) <= REMAINDER * spread(&rows[n])) {
+            if let Some((m, factor, rest)) =
+                least.filter(|least| spread(&least.2) <= REMAINDER * spread(&rows[n]))
+            {
                 limits[m] += factor * limits[n];
                 rows[n] = rest;
                 shares.push((n, m, factor));
@@ -63,7 +66,7 @@ impl Alloy {
                 parts.map(|(n, _, factor)| factor * of[*n]).sum()
             };
             let slack = SLACK * self.limits[material];
-            high[material] - part(low) >= -slack && low[material] - part(high) <= self.own[material] + slack
+            !(high[material] - part(low) < -slack || low[material] - part(high) > self.own[material] + slack)
         })
     }
 }
@@ -78,4 +81,38 @@ fn share(row: &[f64], other: &[f64]) -> f64 {
     let ratios = row.iter().zip(other).filter(|(_, other)| **other > 0.0).map(|(mu, other)| mu / other);
     let least = ratios.fold(f64::INFINITY, f64::min);
     if least.is_finite() { least } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::physics::{EnergyGrid, MassAttenuation, Spectrum};
+
+    #[test]
+    fn a_path_in_other_variables_is_the_same_path() {
+        let grid = EnergyGrid::SPECIFICATION;
+        let materials = ["air", "lung", "soft_tissue", "bone_cortical", "titanium", "tungsten"];
+        let attenuation = MassAttenuation::named(&materials, grid).unwrap();
+        let model =
+            SpectralModel::new(&Spectrum::named(Spectrum::DEFAULT, grid).unwrap(), &attenuation).unwrap();
+        let limits = [0.1, 8.0, 45.0, 12.0, 3.0, 0.2];
+        let alloy = Alloy::new(&model, &limits);
+        let merged: Vec<usize> = alloy.shares.iter().map(|(n, ..)| *n).collect();
+        assert!(merged.contains(&0) && merged.contains(&1), "air and lung attenuate like tissue: {merged:?}");
+        for part in [[1.0; 6], [0.0, 0.5, 1.0, 0.0, 0.3, 0.1], [0.9, 0.0, 0.0, 1.0, 0.0, 0.0]] {
+            let path: Vec<f64> = limits.iter().zip(part).map(|(limit, part)| limit * part).collect();
+            let mut other = path.clone();
+            for (n, m, factor) in &alloy.shares {
+                other[*m] += factor * other[*n];
+            }
+            let [p, same] = [model.line_integral(&path), alloy.model().line_integral(&other)];
+            assert!((p - same).abs() <= 1e-13 * p, "{p} and {same}");
+            assert!(alloy.meets(&other, &other));
+            assert!(other.iter().zip(alloy.limits()).all(|(areal, limit)| *areal <= limit * (1.0 + 1e-15)));
+        }
+        // Lung alone, without the tissue that stands for most of it, is no path.
+        let mut no_path = [0.0; 6];
+        no_path[1] = 1.0;
+        assert!(!alloy.meets(&no_path, &no_path));
+    }
 }

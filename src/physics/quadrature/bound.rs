@@ -9,6 +9,9 @@ use crate::physics::{MAX_MATERIALS, SpectralModel};
 /// Multiplications after which a bound counts as out of reach.
 const MOST_WORK: usize = 25_000_000;
 
+/// What a cell costs at least, in multiplications.
+const CELL: usize = 5000;
+
 /// Part of a cell's tolerance below which single terms are not looked at.
 const SMALL: f64 = 2e-3;
 
@@ -91,15 +94,17 @@ impl<'a> Bound<'a> {
         let bins = self.model.bins();
         let (centre, half) = cell.centre_and_half();
         let (passing, p) = self.passing(&centre);
-        *work += 10 * bins * self.model.materials();
-        let differences: Vec<f64> = (0..bins).map(|k| passing[k] * (self.reduced[k] - self.exact[k])).collect();
+        *work += CELL + 10 * bins * self.model.materials();
+        let differences: Vec<f64> =
+            (0..bins).map(|k| passing[k] * (self.reduced[k] - self.exact[k])).collect();
         let error = differences.iter().sum::<f64>().ln_1p().abs();
         if !(error <= self.tolerance * p.max(self.floor)) && self.alloy.meets(&centre, &centre) {
             return Verdict::Beyond;
         }
         let least = self.passing(&cell.low).1.max(self.floor);
         let allowed = -(-self.tolerance * least).exp_m1();
-        let exact: Vec<f64> = passing.iter().zip(&self.exact).map(|(passing, weight)| passing * weight).collect();
+        let exact: Vec<f64> =
+            passing.iter().zip(&self.exact).map(|(passing, weight)| passing * weight).collect();
         let columns: Vec<Vec<f64>> = (0..self.model.materials())
             .filter(|&m| half[m] > 0.0)
             .map(|m| {
@@ -112,8 +117,8 @@ impl<'a> Bound<'a> {
         if let Some(expansion) = Expansion::new(&differences, &columns, &masses, SMALL * allowed) {
             *work += expansion.work();
             let bound = expansion.bound(allowed);
-            if bound <= allowed {
-                return Verdict::Within(-(-bound).ln_1p() / least);
+            if bound < allowed {
+                return Verdict::Within((-(-bound).ln_1p() / least).min(self.tolerance));
             }
         }
         self.cut(&half, &columns, &masses)

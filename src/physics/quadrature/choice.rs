@@ -64,8 +64,12 @@ impl Choice {
     pub(super) fn nodes(&self) -> Vec<Nodes> {
         let mut support = (Vec::new(), Vec::new());
         let (columns, target) = &self.compressed;
-        while support.0.len() < MOST_NODES.min(target.len()) && columns.grow(&mut support, target) {
-            if self.error(&support.0, &support.1) <= 0.1 * self.tolerance {
+        for _ in 0..3 * MOST_NODES {
+            let full = support.0.len() >= MOST_NODES.min(target.len());
+            if full
+                || !columns.grow(&mut support, target)
+                || self.error(&support.0, &support.1) <= 0.1 * self.tolerance
+            {
                 break;
             }
         }
@@ -88,10 +92,15 @@ impl Choice {
             support.remove(i);
             self.trial(support)
         };
-        let mut trials: Vec<Trial> = (0..trial.support.len()).map(without).filter(|t| !t.support.is_empty()).collect();
+        let mut trials: Vec<Trial> =
+            (0..trial.support.len()).map(without).filter(|t| !t.support.is_empty()).collect();
         trials.sort_by(|a, b| a.residual.total_cmp(&b.residual));
         let goal = 0.85 * self.tolerance;
-        trials.into_iter().take(3).map(|trial| self.evened(self.moved(trial), goal)).find(|(_, error)| *error <= goal)
+        trials
+            .into_iter()
+            .take(3)
+            .map(|trial| self.evened(self.moved(trial), goal))
+            .find(|(_, error)| *error <= goal)
             .map(|(trial, _)| trial)
     }
 
@@ -179,7 +188,9 @@ impl Choice {
         let sum: f64 = weights.iter().sum();
         let normalised: Vec<f64> = weights.iter().map(|weight| weight / sum).collect();
         let residual = columns.residual(support, &normalised, target);
-        residual[..residual.len() - 1].iter().fold(0.0, |worst, error| if error.abs() <= worst { worst } else { error.abs() })
+        residual[..residual.len() - 1]
+            .iter()
+            .fold(0.0, |worst, error| if error.abs() <= worst { worst } else { error.abs() })
     }
 
     fn named(&self, trial: &Trial) -> Nodes {

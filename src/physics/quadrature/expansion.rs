@@ -38,9 +38,7 @@ impl Expansion {
         let bins = differences.len();
         let largest: Vec<f64> = (0..bins).map(|k| differences[k].abs() * exponent(k).exp()).collect();
         let kept: Vec<usize> = (0..bins).filter(|&k| !(largest[k] * bins as f64 <= small)).collect();
-        let total: f64 = largest.iter().sum();
-        let left_out: f64 = total - kept.iter().map(|&k| largest[k]).sum::<f64>();
-        let left_out = left_out.max(0.0) + 1e-15 * total.min(1.0);
+        let left_out = (0..bins).filter(|k| kept.binary_search(k).is_err()).map(|k| largest[k]).sum();
         let of_kept = |values: &[f64]| -> Vec<f64> { kept.iter().map(|&k| values[k]).collect() };
         let differences = of_kept(differences);
         let columns: Vec<_> = columns.iter().map(|column| of_kept(column)).collect();
@@ -123,7 +121,8 @@ impl Expansion {
 
     /// Multiplications that a bound takes, roughly.
     pub(super) fn work(&self) -> usize {
-        let products = self.directions.iter().map(|direction| direction.orders.len()).take(2).product::<usize>();
+        let products =
+            self.directions.iter().map(|direction| direction.orders.len()).take(2).product::<usize>();
         self.differences.len() * products.max(1)
     }
 }
@@ -147,7 +146,8 @@ impl Direction {
                 sums[j][k] = 1.0 + ratios[j][k].abs() * sums[j + 1][k];
             }
         }
-        let mut twice: Vec<f64> = z.iter().zip(&sums[0]).map(|(z, s)| 2.0 * z.abs().exp() / (2.0 * s - 1.0)).collect();
+        let mut twice: Vec<f64> =
+            z.iter().zip(&sums[0]).map(|(z, s)| 2.0 * z.abs().exp() / (2.0 * s - 1.0)).collect();
         let (mut orders, mut tails) = (Vec::new(), Vec::new());
         for j in 0..=highest {
             let half = if j == 0 { 0.5 } else { 1.0 };
@@ -169,4 +169,62 @@ fn highest_order(z: f64) -> usize {
         value *= 0.5 * z / order as f64;
     }
     order
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn even(k: usize) -> f64 {
+        (k as f64 * 0.618_033_988_749_895).fract()
+    }
+
+    /// `Σ_k d_k e^{−δ·x_k}`
+    fn sum(differences: &[f64], columns: &[Vec<f64>], at: &[f64]) -> f64 {
+        let exponent = |k: usize| columns.iter().zip(at).map(|(column, y)| column[k] * y).sum::<f64>();
+        differences.iter().enumerate().map(|(k, d)| d * (-exponent(k)).exp()).sum()
+    }
+
+    #[test]
+    fn no_value_in_the_cell_is_above_the_bound() {
+        for (scale, materials) in [(0.01, 1), (0.5, 1), (0.5, 2), (1.0, 3), (2.5, 3), (0.3, 8)] {
+            let differences: Vec<f64> = (0..30).map(|k| even(k * k) - 0.5).collect();
+            // The third column is nearly the first, as lung is nearly tissue.
+            let entry = |m: usize, k: usize| {
+                scale * (2.0 * even(7 * (m % 2) + (m + 1) * k) - 1.0) + 0.01 * even(k * m)
+            };
+            let columns: Vec<Vec<f64>> = (0..materials)
+                .map(|m| (0..30).map(|k| entry(if m == 2 { 0 } else { m }, k)).collect())
+                .collect();
+            let bound =
+                Expansion::new(&differences, &columns, &[1.0; 30], 1e-6).unwrap().bound(f64::INFINITY);
+            let at = |i: usize, m: usize| (3.0 * (2.0 * even(i * (m + 3) + m) - 1.0)).clamp(-1.0, 1.0);
+            let values = (0..5000).map(|i| {
+                let at: Vec<f64> = (0..materials).map(|m| at(i, m)).collect();
+                sum(&differences, &columns, &at).abs()
+            });
+            let largest = values.fold(0.0, f64::max);
+            assert!(largest <= bound, "{scale}, {materials}: {largest} above {bound}");
+            if materials < 8 {
+                assert!(bound <= 8.0 * largest, "{scale}, {materials}: {bound} far above {largest}");
+            }
+        }
+    }
+
+    #[test]
+    fn one_term_is_largest_on_the_edge() {
+        for z in [1e-12, 1e-3, -0.7, 2.0, -8.0] {
+            let bound = Expansion::new(&[-3.0], &[vec![z]], &[1.0], 1e-12).unwrap().bound(f64::INFINITY);
+            let largest = 3.0 * z.abs().exp();
+            assert!((bound / largest - 1.0).abs() < 1e-12, "{z}: {bound}, not {largest}");
+        }
+        assert!(Expansion::new(&[1.0], &[vec![8.1]], &[1.0], 1e-9).is_none());
+    }
+
+    #[test]
+    fn terms_that_cancel_are_seen_to_cancel() {
+        // Second differences: what is left is (h x)²/2-like.
+        let bound = Expansion::new(&[1.0, -2.0, 1.0], &[vec![-1e-3, 0.0, 1e-3]], &[1.0; 3], 1e-12).unwrap();
+        assert!((bound.bound(1.0) / 1e-6 - 1.0).abs() < 1e-5);
+    }
 }

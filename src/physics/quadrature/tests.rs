@@ -57,7 +57,11 @@ fn assert_bounded(exact: &SpectralModel, limits: &[f64], floor: f64, tolerance: 
     let quadrature = quadrature.unwrap_or_else(|| panic!("{case}, {tolerance}: none {time:?}"));
     let error = largest_error(exact, &quadrature.model(exact), limits, floor);
     let bound = quadrature.bound();
-    println!("{case} {tolerance} {} nodes of {} {bound:e} {error:e} {time:?}", quadrature.nodes().len(), exact.bins());
+    println!(
+        "{case} {tolerance} {} nodes of {} {bound:e} {error:e} {time:?}",
+        quadrature.nodes().len(),
+        exact.bins()
+    );
     // 1e-12: the rounding of both line integrals.
     assert!(error <= bound + 1e-12 && bound <= tolerance, "{case}, {tolerance}: {error} above {bound}");
     assert!(bound <= 30.0 * error, "{case}, {tolerance}: {bound} is far above {error}");
@@ -97,9 +101,21 @@ fn errors_stay_below_the_bound_for_other_materials() {
         (vec!["tungsten"], vec![3.0]),
         (vec!["soft_tissue", "tungsten"], vec![30.0, 2.0]),
         (vec!["water", "iodine", "titanium"], vec![30.0, 0.3, 2.0]),
-        (vec!["air", "lung", "soft_tissue", "bone_cortical", "titanium", "steel_316l"], vec![0.1, 5.0, 30.0, 6.0, 2.0, 1.0]),
         (
-            vec!["air", "lung", "adipose", "muscle", "bone_cortical", "iodine10_water", "aluminium", "tungsten"],
+            vec!["air", "lung", "soft_tissue", "bone_cortical", "titanium", "steel_316l"],
+            vec![0.1, 5.0, 30.0, 6.0, 2.0, 1.0],
+        ),
+        (
+            vec![
+                "air",
+                "lung",
+                "adipose",
+                "muscle",
+                "bone_cortical",
+                "iodine10_water",
+                "aluminium",
+                "tungsten",
+            ],
             vec![0.1, 4.0, 10.0, 20.0, 6.0, 2.0, 0.5, 0.05],
         ),
     ] {
@@ -111,7 +127,8 @@ fn errors_stay_below_the_bound_for_other_materials() {
 #[test]
 fn errors_stay_below_the_bound_behind_lead() {
     let water = MassAttenuation::named(&["water"], GRID).unwrap().coefficients(0).to_vec();
-    let table = MassAttenuation::new(GRID, vec!["lead".into(), "water".into()], [lead(GRID), water].concat()).unwrap();
+    let table = MassAttenuation::new(GRID, vec!["lead".into(), "water".into()], [lead(GRID), water].concat())
+        .unwrap();
     let model = SpectralModel::new(&Spectrum::named(Spectrum::DEFAULT, GRID).unwrap(), &table).unwrap();
     assert_bounded(&model, &[3.0, 30.0], 0.25, 1e-4, "lead and water");
 }
@@ -123,4 +140,121 @@ fn thousands_of_energies_are_reduced_as_well() {
     let table = MassAttenuation::new(grid, vec!["lead".into()], lead(grid)).unwrap();
     let model = SpectralModel::new(&Spectrum::new("parabola", grid, weights).unwrap(), &table).unwrap();
     assert_bounded(&model, &[2.0], 0.25, 1e-3, "fine grid");
+}
+
+#[test]
+fn five_digits_take_a_tenth_of_the_energies() {
+    let model = body();
+    let count = |tolerance: f64| Quadrature::new(&model, &BODY, 0.25, tolerance).unwrap().nodes().len();
+    assert!((5..=12).contains(&count(1e-5)), "{} nodes", count(1e-5));
+    assert!(count(1e-5) > count(1e-3) && count(1e-3) > count(0.05));
+}
+
+#[test]
+fn an_empty_path_is_exact() {
+    for detector in DetectorResponse::names() {
+        let model = model(Spectrum::DEFAULT, detector, &MassAttenuation::SPECIFICATION);
+        let reduced = Quadrature::new(&model, &BODY, 0.25, 1e-4).unwrap().model(&model);
+        assert_eq!(reduced.intensity(&[0.0; 4]), model.i0());
+        assert_eq!(reduced.line_integral(&[0.0; 4]), 0.0);
+    }
+}
+
+#[test]
+fn the_reduced_model_has_the_energies_and_materials_of_its_nodes() {
+    let model = body();
+    let quadrature = Quadrature::new(&model, &BODY, 0.25, 1e-4).unwrap();
+    let reduced = quadrature.model(&model);
+    for (k, node) in quadrature.nodes().iter().enumerate() {
+        assert_eq!((reduced.energies()[k], reduced.weights()[k]), (node.kev, node.weight));
+        let table =
+            MassAttenuation::named(&["bone_cortical"], EnergyGrid::single(node.kev).unwrap()).unwrap();
+        assert_eq!(reduced.coefficients(3)[k], table.coefficients(0)[0]);
+    }
+    for m in 0..4 {
+        // Of all bins: the hardest, 120 keV, need not be a node.
+        assert_eq!(reduced.least_attenuation(m), model.least_attenuation(m));
+    }
+}
+
+/// The bound is not a property of how nodes are chosen.
+#[test]
+fn bad_quadratures_are_not_certified() {
+    let model = body();
+    let quadrature = Quadrature::new(&model, &BODY, 0.25, 1e-4).unwrap();
+    let alloy = Alloy::new(&model, &BODY);
+    let bins: Vec<usize> = quadrature.nodes().iter().map(|node| node.bin).collect();
+    for (from, part) in [(0, 0.5), (1, 1e-3), (2, 1e-2), (3, 0.9), (4, 1e-4), (5, 0.1)] {
+        let mut weights: Vec<f64> = quadrature.nodes().iter().map(|node| node.weight).collect();
+        let moved = part * weights[from];
+        weights[from] -= moved;
+        weights[from + 1] += moved;
+        let error = largest_error(&model, &model.of_bins(&bins, weights.clone()), &BODY, 0.25);
+        let bound = |tolerance| Bound::new(&alloy, (&bins, &weights), 0.25, tolerance).over_all();
+        assert_eq!(bound(0.98 * error), None, "{from}, {part}");
+        let bound =
+            bound(2.0 * error).unwrap_or_else(|| panic!("{from}, {part}: none at twice the error {error}"));
+        assert!(bound >= error, "{from}, {part}: {bound} below {error}");
+    }
+}
+
+#[test]
+fn the_bound_holds_up_to_the_limits() {
+    let quadrature = Quadrature::new(&body(), &[0.1, 0.0, 45.0, 12.0], 0.25, 1e-3).unwrap();
+    assert!(quadrature.holds(&[0.0; 4]) && quadrature.holds(&[0.1, 0.0, 45.0, 12.0]));
+    for m in 0..4 {
+        let mut path = [0.1, 0.0, 45.0, 12.0];
+        path[m] += 1e-9;
+        assert!(!quadrature.holds(&path), "material {m}");
+        path[m] = f64::NAN;
+        assert!(!quadrature.holds(&path), "material {m}");
+    }
+    assert!(!quadrature.holds(&[0.0; 3]));
+}
+
+#[test]
+fn one_energy_is_not_reduced_and_two_hardly() {
+    let mono = model_of(&Spectrum::monoenergetic(60.0).unwrap(), &["water"]);
+    assert_eq!(Quadrature::new(&mono, &[40.0], 0.25, 1e-3), None);
+    let grid = EnergyGrid::new(40.0, 60.0, 2).unwrap();
+    let two = model_of(&Spectrum::new("two", grid, vec![1.0, 1.0]).unwrap(), &["water"]);
+    assert_eq!(Quadrature::new(&two, &[40.0], 0.25, 1e-3), None);
+    assert_eq!(Quadrature::new(&two, &[40.0], 0.25, 0.8).unwrap().nodes().len(), 1);
+}
+
+#[test]
+fn an_empty_box_needs_one_energy() {
+    assert_eq!(Quadrature::new(&body(), &[0.0; 4], 0.25, 1e-5).unwrap().nodes().len(), 1);
+}
+
+#[test]
+fn what_makes_no_sense_has_no_quadrature() {
+    let model = body();
+    let none = |limits: &[f64], floor, tolerance| {
+        assert_eq!(
+            Quadrature::new(&model, limits, floor, tolerance),
+            None,
+            "{limits:?}, {floor}, {tolerance}"
+        );
+    };
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        none(&BODY, bad, 1e-3);
+        none(&BODY, 0.25, bad);
+    }
+    for bad in [-1.0, f64::NAN, f64::INFINITY, 1e308] {
+        none(&[0.1, 8.0, bad, 12.0], 0.25, 1e-3);
+    }
+    none(&BODY[..3], 0.25, 1e-3);
+    none(&BODY, 0.25, 1e-15);
+    none(&BODY, 1e-300, 1e-3);
+    none(&[1e300; 4], 0.25, 1e-3);
+    // Out of the way, but neither a panic nor for ever.
+    for (scale, floor, tolerance) in
+        [(1e5, 0.25, 1e-4), (1e-9, 1e-9, 1e-3), (1.0, 1e-6, 1e-4), (1.0, 1e9, 1e-3), (1.0, 1.0, 1e9)]
+    {
+        if let Some(quadrature) = Quadrature::new(&model, &BODY.map(|limit| scale * limit), floor, tolerance)
+        {
+            assert!(quadrature.bound() <= tolerance);
+        }
+    }
 }
