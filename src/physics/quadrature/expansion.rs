@@ -44,9 +44,15 @@ impl Expansion {
         let columns: Vec<_> = columns.iter().map(|column| of_kept(column)).collect();
         let mut expansion = Self { differences, directions: Vec::new(), left_out, small };
         let exponents = expansion.orthogonalise(columns, &of_kept(masses));
+        // The largest size of each term before a direction's factor: that of d and of the directions before it.
+        let mut sizes = vec![expansion.differences.iter().map(|d| d.abs()).collect::<Vec<f64>>()];
+        for z in &exponents {
+            let largest = sizes[sizes.len() - 1].iter().zip(z).map(|(size, z)| size * z.abs().exp());
+            sizes.push(largest.collect());
+        }
         let mut later = vec![1.0; kept.len()];
-        for z in exponents.iter().rev() {
-            expansion.directions.insert(0, Direction::new(z, &later)?);
+        for (z, sizes) in exponents.iter().zip(&sizes[..exponents.len()]).rev() {
+            expansion.directions.insert(0, Direction::new(z, sizes, &later, small)?);
             later.iter_mut().zip(z).for_each(|(factor, z)| *factor *= z.abs().exp());
         }
         Some(expansion)
@@ -83,7 +89,11 @@ impl Expansion {
     /// Bound of `|Σ_k d_k e^{−y·z_k} (e^{−δ·x_k} − 1)|` for what is left of the columns.
     fn effect(&self, exponents: &[Vec<f64>], columns: &[Vec<f64>]) -> f64 {
         let width = |of: &[Vec<f64>], k: usize| of.iter().map(|column| column[k].abs()).sum::<f64>();
-        let of_bin = |(k, d): (usize, &f64)| d.abs() * width(exponents, k).exp() * width(columns, k).exp_m1();
+        // |e^{−b} − 1| ≤ |b| e^{|b|}
+        let of_bin = |(k, d): (usize, &f64)| {
+            let left = width(columns, k);
+            d.abs() * left * (width(exponents, k) + left).exp()
+        };
         self.differences.iter().enumerate().map(of_bin).sum()
     }
 
@@ -117,6 +127,8 @@ impl Expansion {
                 return;
             }
         }
+        // Smaller than rounding, but not small.
+        *bound = f64::INFINITY;
     }
 
     /// Multiplications that a bound takes, roughly.
@@ -130,8 +142,8 @@ impl Expansion {
 impl Direction {
     /// Bessel functions by their ratios, `I_{j+1}/I_j = z / (2(j+1) + z I_{j+2}/I_{j+1})`, from the highest order down,
     /// and `I_0 + 2 Σ_j I_j = e^z` (Abramowitz & Stegun 1964, 9.6.26 and 9.6.37). `later`: the largest value of
-    /// the factors of later directions.
-    fn new(z: &[f64], later: &[f64]) -> Option<Self> {
+    /// the factors of later directions. As far as the order whose tail is `small` whatever the terms, at most `sizes`.
+    fn new(z: &[f64], sizes: &[f64], later: &[f64], small: f64) -> Option<Self> {
         let widest = z.iter().fold(0.0, |widest: f64, z| widest.max(z.abs()));
         if !(widest <= WIDEST) {
             return None;
@@ -141,23 +153,36 @@ impl Direction {
         // Σ_{i ≥ j} I_i / I_j
         let mut sums = vec![vec![1.0; z.len()]; highest + 1];
         for j in (0..highest).rev() {
-            for (k, z) in z.iter().enumerate() {
-                ratios[j][k] = z / (2.0 * (j + 1) as f64 + z * ratios[j + 1][k]);
-                sums[j][k] = 1.0 + ratios[j][k].abs() * sums[j + 1][k];
+            let twice_order = 2.0 * (j + 1) as f64;
+            let (ratio, above) = ratios.split_at_mut(j + 1);
+            for ((ratio, above), z) in ratio[j].iter_mut().zip(&above[0]).zip(z) {
+                *ratio = z / (twice_order + z * above);
+            }
+            let (sum, above) = sums.split_at_mut(j + 1);
+            for ((sum, above), ratio) in sum[j].iter_mut().zip(&above[0]).zip(&ratios[j]) {
+                *sum += ratio.abs() * above;
             }
         }
-        let mut twice: Vec<f64> =
-            z.iter().zip(&sums[0]).map(|(z, s)| 2.0 * z.abs().exp() / (2.0 * s - 1.0)).collect();
-        let (mut orders, mut tails) = (Vec::new(), Vec::new());
-        for j in 0..=highest {
-            let half = if j == 0 { 0.5 } else { 1.0 };
-            orders.push(twice.iter().map(|value| half * value).collect());
-            let whole = if j == 0 { 1.0 } else { 0.0 };
-            let tail = |k: usize| twice[k].abs() * (sums[j][k] - 0.5 * whole) * later[k];
-            tails.push((0..z.len()).map(tail).collect());
-            twice.iter_mut().zip(&ratios[j]).for_each(|(value, ratio)| *value *= ratio);
+        let first = z.iter().zip(&sums[0]).map(|(z, sum)| z.abs().exp() / (2.0 * sum - 1.0));
+        let mut order: Vec<f64> = first.collect();
+        let mut direction = Self {
+            orders: Vec::new(),
+            tails: vec![z.iter().zip(later).map(|(z, later)| z.abs().exp() * later).collect()],
+        };
+        for (ratios, sums) in ratios.iter().zip(&sums[1..]) {
+            let doubled = if direction.orders.is_empty() { 2.0 } else { 1.0 };
+            let next: Vec<f64> =
+                order.iter().zip(ratios).map(|(value, ratio)| doubled * value * ratio).collect();
+            let tail =
+                next.iter().zip(sums).zip(later).map(|((value, sum), later)| value.abs() * sum * later);
+            direction.tails.push(tail.collect());
+            direction.orders.push(std::mem::replace(&mut order, next));
+            if direction.tails.last().is_some_and(|tail| dot(tail, sizes) <= small) {
+                break;
+            }
         }
-        Some(Self { orders, tails })
+        direction.orders.push(order);
+        Some(direction)
     }
 }
 
