@@ -7,7 +7,7 @@ use crate::physics::quadrature::expansion::Expansion;
 use crate::physics::{MAX_MATERIALS, SpectralModel};
 
 /// Multiplications after which a bound counts as out of reach.
-const MOST_WORK: usize = 25_000_000;
+const MOST_WORK: usize = 12_000_000;
 
 /// What a cell costs at least, in multiplications.
 const CELL: usize = 5000;
@@ -139,9 +139,13 @@ impl<'a> Bound<'a> {
             values.iter_mut().zip(self.model.coefficients(m)).for_each(|(tau, mu)| *tau += mu * areal);
         }
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        values.iter_mut().for_each(|tau| *tau = (least - *tau).exp());
+        for tau in &mut values {
+            *tau = (least - *tau).exp();
+        }
         let sum: f64 = values.iter().zip(&self.exact).map(|(passing, weight)| passing * weight).sum();
-        values.iter_mut().for_each(|passing| *passing /= sum);
+        for passing in &mut values {
+            *passing /= sum;
+        }
         (values, least - sum.ln())
     }
 }

@@ -95,7 +95,7 @@ impl Choice {
         let mut trials: Vec<Trial> =
             (0..trial.support.len()).map(without).filter(|t| !t.support.is_empty()).collect();
         trials.sort_by(|a, b| a.residual.total_cmp(&b.residual));
-        let goal = 0.85 * self.tolerance;
+        let goal = 0.8 * self.tolerance;
         trials
             .into_iter()
             .take(3)

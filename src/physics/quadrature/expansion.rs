@@ -44,16 +44,15 @@ impl Expansion {
         let columns: Vec<_> = columns.iter().map(|column| of_kept(column)).collect();
         let mut expansion = Self { differences, directions: Vec::new(), left_out, small };
         let exponents = expansion.orthogonalise(columns, &of_kept(masses));
+        let growth = |z: &Vec<f64>| z.iter().map(|z| z.abs().exp()).collect::<Vec<f64>>();
+        let growths: Vec<Vec<f64>> = exponents.iter().map(growth).collect();
         // The largest size of each term before a direction's factor: that of d and of the directions before it.
-        let mut sizes = vec![expansion.differences.iter().map(|d| d.abs()).collect::<Vec<f64>>()];
-        for z in &exponents {
-            let largest = sizes[sizes.len() - 1].iter().zip(z).map(|(size, z)| size * z.abs().exp());
-            sizes.push(largest.collect());
-        }
-        let mut later = vec![1.0; kept.len()];
-        for (z, sizes) in exponents.iter().zip(&sizes[..exponents.len()]).rev() {
-            expansion.directions.insert(0, Direction::new(z, sizes, &later, small)?);
-            later.iter_mut().zip(z).for_each(|(factor, z)| *factor *= z.abs().exp());
+        let mut sizes: Vec<f64> = expansion.differences.iter().map(|d| d.abs()).collect();
+        for (i, z) in exponents.iter().enumerate() {
+            let later = (0..kept.len()).map(|k| growths[i + 1..].iter().map(|growth| growth[k]).product());
+            let direction = Direction::new(z, &growths[i], &sizes, &later.collect::<Vec<f64>>(), small)?;
+            expansion.directions.push(direction);
+            sizes.iter_mut().zip(&growths[i]).for_each(|(size, growth)| *size *= growth);
         }
         Some(expansion)
     }
@@ -141,9 +140,9 @@ impl Expansion {
 
 impl Direction {
     /// Bessel functions by their ratios, `I_{j+1}/I_j = z / (2(j+1) + z I_{j+2}/I_{j+1})`, from the highest order down,
-    /// and `I_0 + 2 Σ_j I_j = e^z` (Abramowitz & Stegun 1964, 9.6.26 and 9.6.37). `later`: the largest value of
-    /// the factors of later directions. As far as the order whose tail is `small` whatever the terms, at most `sizes`.
-    fn new(z: &[f64], sizes: &[f64], later: &[f64], small: f64) -> Option<Self> {
+    /// and `I_0 + 2 Σ_j I_j = e^z` (Abramowitz & Stegun 1964, 9.6.26 and 9.6.37). `growth`: `e^{|z|}`;
+    /// `later`: the largest value of the factors of later directions. As far as the order whose tail is `small` whatever the terms, at most `sizes`.
+    fn new(z: &[f64], growth: &[f64], sizes: &[f64], later: &[f64], small: f64) -> Option<Self> {
         let widest = z.iter().fold(0.0, |widest: f64, z| widest.max(z.abs()));
         if !(widest <= WIDEST) {
             return None;
@@ -163,12 +162,10 @@ impl Direction {
                 *sum += ratio.abs() * above;
             }
         }
-        let first = z.iter().zip(&sums[0]).map(|(z, sum)| z.abs().exp() / (2.0 * sum - 1.0));
+        let first = growth.iter().zip(&sums[0]).map(|(growth, sum)| growth / (2.0 * sum - 1.0));
         let mut order: Vec<f64> = first.collect();
-        let mut direction = Self {
-            orders: Vec::new(),
-            tails: vec![z.iter().zip(later).map(|(z, later)| z.abs().exp() * later).collect()],
-        };
+        let whole = growth.iter().zip(later).map(|(growth, later)| growth * later).collect();
+        let mut direction = Self { orders: Vec::new(), tails: vec![whole] };
         for (ratios, sums) in ratios.iter().zip(&sums[1..]) {
             let doubled = if direction.orders.is_empty() { 2.0 } else { 1.0 };
             let next: Vec<f64> =

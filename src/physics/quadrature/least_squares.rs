@@ -76,7 +76,9 @@ impl Columns {
             if !(length > 1e-14 * dot(original, original).sqrt()) {
                 continue;
             }
-            direction.iter_mut().for_each(|value| *value /= length);
+            for value in &mut *direction {
+                *value /= length;
+            }
             r[i][i] = length;
             for (j, column) in after.iter_mut().enumerate() {
                 let part = dot(direction, column);
