@@ -34,8 +34,8 @@ impl SpectralModel {
         attenuation.grid().check_same("mass attenuation", spectrum.grid())?;
         let i0 = spectrum.total();
         let (count, materials) = (spectrum.grid().count(), attenuation.names().len());
-        let (mut kept, mut weights) = (reserved(count, WHAT)?, reserved(count, WHAT)?);
-        let mut energies = reserved(count, WHAT)?;
+        let [mut energies, mut weights] = [reserved(count, WHAT)?, reserved(count, WHAT)?];
+        let mut kept = reserved(count, WHAT)?;
         // A weight that underflows when normalised is no weight either.
         for (k, weight) in spectrum.weights().iter().map(|w| w / i0).enumerate().filter(|(_, w)| *w > 0.0) {
             kept.push(k);
@@ -56,18 +56,13 @@ impl SpectralModel {
         })
     }
 
-    /// The sum over some of the bins, given by index, with weights of their own. The least coefficients stay those of
-    /// all bins: stopping early keeps its promise for the exact sum.
+    /// The sum over `bins` with weights of their own. Stopping early still keeps its promise for the sum over all bins.
     pub(super) fn of_bins(&self, bins: &[usize], weights: Vec<f64>) -> Self {
         let rows = (0..self.materials()).map(|m| self.coefficients(m));
-        Self {
-            i0: self.i0,
-            energies: bins.iter().map(|&k| self.energies[k]).collect(),
-            weight_sum: compensated(weights.iter().copied()),
-            weights,
-            coefficients: rows.flat_map(|row| bins.iter().map(|&k| row[k])).collect(),
-            least: self.least.clone(),
-        }
+        let coefficients = rows.flat_map(|row| bins.iter().map(|&k| row[k])).collect();
+        let energies = bins.iter().map(|&k| self.energies[k]).collect();
+        let weight_sum = compensated(weights.iter().copied());
+        Self { i0: self.i0, energies, weights, weight_sum, coefficients, least: self.least.clone() }
     }
 
     /// The same bins with other materials: `coefficients[m*bins + k]`, cm²/g.

@@ -141,7 +141,8 @@ impl Expansion {
 impl Direction {
     /// Bessel functions by their ratios, `I_{j+1}/I_j = z / (2(j+1) + z I_{j+2}/I_{j+1})`, from the highest order down,
     /// and `I_0 + 2 Σ_j I_j = e^z` (Abramowitz & Stegun 1964, 9.6.26 and 9.6.37). `growth`: `e^{|z|}`;
-    /// `later`: the largest value of the factors of later directions. As far as the order whose tail is `small` whatever the terms, at most `sizes`.
+    /// `later`: the largest value of the factors of later directions. Ends with the
+    /// order whose tail is `small` for any terms up to `sizes`.
     fn new(z: &[f64], growth: &[f64], sizes: &[f64], later: &[f64], small: f64) -> Option<Self> {
         let widest = z.iter().fold(0.0, |widest: f64, z| widest.max(z.abs()));
         if !(widest <= WIDEST) {
