@@ -17,6 +17,7 @@ mod phantom;
 mod physics;
 mod plan;
 mod project;
+mod rounding;
 mod times;
 mod tradeoff;
 mod validate;
@@ -54,6 +55,7 @@ fn main() -> ExitCode {
         Some(Command::Project(arguments)) => project::run(&arguments, console),
         Some(Command::Plan(arguments)) => plan::run(&arguments, console),
         Some(Command::Tradeoff(arguments)) => tradeoff::run(&arguments, console),
+        Some(Command::Rounding(arguments)) => rounding::run(&arguments, console),
         Some(Command::Bench(arguments)) => bench::run(&arguments, console),
         Some(Command::Phantom(arguments)) => phantom::run(&arguments, console),
         Some(Command::Validate(arguments)) => validate::run(&arguments, console),
