@@ -83,7 +83,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let (choice, planning_seconds) = study.choose()?;
     let truth = study.truth()?;
     let measured = study.measure(&choice, &truth, arguments.repeat, console)?;
-    let report = Report::new(&study, measured, choice, planning_seconds)?;
+    let report = Report::new(&study, measured, choice, planning_seconds);
     write_text(&arguments.output.join("tradeoff.json"), &(report.to_json().to_string() + "\n"))?;
     Pictures { study: &study, report: &report, folder: &arguments.output }.write(console)?;
     if let Some(path) = &arguments.write_timings {

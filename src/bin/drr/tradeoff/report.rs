@@ -1,6 +1,5 @@
 //! The numbers, as a table and as JSON.
 
-use anyhow::Result;
 use drr::accuracy::CONFIDENCE;
 use drr::planner::Choice;
 use serde_json::json;
@@ -29,7 +28,7 @@ impl Report {
         mut measured: Vec<Measured>,
         choice: Choice,
         planning_seconds: f64,
-    ) -> Result<Self> {
+    ) -> Self {
         measured.sort_by(|a, b| median(&a.seconds).total_cmp(&median(&b.seconds)));
         let chosen = measured.iter().position(|m| Study::is_chosen(&choice, &m.setting));
         let keeps = |m: &&Measured| {
@@ -51,7 +50,7 @@ impl Report {
             context.backend().name(),
             context.threads(),
         );
-        Ok(Self { scene, measured, choice, planning_seconds, chosen, regret })
+        Self { scene, measured, choice, planning_seconds, chosen, regret }
     }
 
     /// Whether no other setting that computes the same is both faster and more accurate.
