@@ -162,7 +162,7 @@ impl Projector {
     pub fn new(context: &Context, volume: Arc<Volume>, scene: Scene) -> Result<Self> {
         let plan = Plan::new(&scene, &volume, context.backend)?;
         let engine: Box<dyn Engine> = match context.backend {
-            Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan)?),
+            Backend::Cpu => Box::new(context.install(|| Cpu::new(volume.clone(), &scene, &plan))?),
             Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.method.algorithm)?),
             #[cfg(feature = "host")]
             Backend::Host => Box::new(context.install(|| Host::new(&volume, &scene, &plan))?),

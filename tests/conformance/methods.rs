@@ -5,16 +5,17 @@ use std::sync::Arc;
 use drr::engine::{Backend, Layers, SILENT};
 use drr::physics::MassAttenuation;
 use drr::volume::Volume;
-use drr::{Accumulation, Context, Error, Method, Projector, Scene, ViewRequest};
+use drr::{Accumulation, Algorithm, Context, Error, Method, Projector, Scene, Storage, ViewRequest};
 
 use crate::Test;
 use crate::support::{awkward_grid, chest_hu, classification, noise, poses, projector, requests, volume};
 use crate::twin::{KINDS, method_conforms};
 
-pub(super) const TESTS: [Test; 3] = [
+pub(super) const TESTS: [Test; 4] = [
     ("with_every_sum", with_every_sum),
     ("sums_do_not_know_of_threads", sums_do_not_know_of_threads),
     ("with_early_exit_and_every_sum", with_early_exit_and_every_sum),
+    ("with_bytes_where_they_suffice", with_bytes_where_they_suffice),
 ];
 
 const SIZE: [usize; 2] = [40, 28];
@@ -96,5 +97,38 @@ fn with_early_exit_and_every_sum(backend: Backend) {
         let most = changes.fold(0.0, f64::max);
         assert!(most > 0.0, "{method}: no ray has stopped");
         assert!(most <= (-15.0_f64).exp() * i0, "{method}: {most:e}");
+    }
+}
+
+/// 256 densities are exact where a volume has no more, down to the bits; where it has more, they are a fraction of a HU
+/// off, and as much on any number of threads.
+fn with_bytes_where_they_suffice(backend: Backend) {
+    if backend != Backend::Cpu {
+        return;
+    }
+    let grid = awkward_grid([50, 41, 43]);
+    let views = requests(poses(&grid, SIZE).into_iter().map(|(_, pose)| pose));
+    let hu = chest_hu(grid.dimensions());
+    let few: Vec<i16> = hu.iter().map(|hu| hu / 16 * 16).collect();
+    for (hu, exact) in [(&few, true), (&hu, false)] {
+        let volume = || Arc::new(Volume::from_int16(grid, hu, None, &classification()).expect("valid"));
+        let project = |algorithm: Algorithm, storage, threads| {
+            let context = Context::new(backend, threads).expect("threads start");
+            let method = Method { storage, ..algorithm.into() };
+            let scene = Scene { method, ..Scene::new(SIZE).expect("valid") };
+            let projector = Projector::new(&context, volume(), scene).expect("valid");
+            projector.project(&views, Layers::ALL, SILENT).expect("projects")
+        };
+        for algorithm in KINDS {
+            let [bytes, again] = [1, 3].map(|threads| project(algorithm, Storage::Byte, threads));
+            assert!(bytes == again, "{algorithm:?}: 3 threads differ");
+            let whole = project(algorithm, Storage::Exact, 2);
+            assert!(bytes.bone_path == whole.bone_path, "{algorithm:?}: labels differ");
+            assert!((bytes == whole) == exact, "{algorithm:?}");
+            let largest = whole.line_integral.iter().copied().fold(0.0, f32::max);
+            let pairs = bytes.line_integral.iter().zip(&whole.line_integral);
+            let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(off < 1e-3 * largest, "{algorithm:?}: {off} of {largest}");
+        }
     }
 }
