@@ -34,6 +34,9 @@ pub(super) struct Judge {
     /// Their line integrals.
     exact: Vec<f64>,
     views: Vec<ViewRequest>,
+    /// What the yardstick's rays say of all: upper ends of root mean squares over what they are among these rays, of
+    /// Joseph's errors, HU and mm.
+    margin: [f64; 2],
     /// The yardstick's own errors, HU and mm.
     own: [Option<Estimate>; 2],
 }
@@ -61,7 +64,11 @@ impl Judge {
         let exact =
             joseph.with_detector([1, 1])?.reference(Algorithm::Exact, &views, only, SILENT)?.line_integral;
         let reach = Reach::of(&images);
-        let mut judge = Self { yardstick, reach, known, hardest, exact, views, own: [None; 2] };
+        let measured = yardstick.compare(&yardstick.cast(&joseph)?);
+        let of_all =
+            |error: Option<Estimate>| error.filter(|e| e.rms > 0.0).map_or(1.0, |e| e.rms_high / e.rms);
+        let margin = [measured.hu, measured.mm].map(of_all);
+        let mut judge = Self { yardstick, reach, known, hardest, exact, views, margin, own: [None; 2] };
         judge.own = judge.exactly(&with(march)?)?;
         Ok(judge)
     }
@@ -107,7 +114,11 @@ impl Judge {
         let hu = |k: usize| Some(1000.0 * off(k) / self.exact[k]);
         let mm = |k: usize| self.yardstick.steepness_of(self.known[k]).map(|per_mm| off(k) / per_mm);
         let is_steep = |ray: &usize| self.yardstick.steepness_of(*ray).is_some();
-        Ok([self.estimate(hu, |_| true), self.estimate(mm, is_steep)])
+        let errors = [self.estimate(hu, |_| true), self.estimate(mm, is_steep)];
+        // They are estimated over the yardstick's rays, which are a sample too.
+        let of_all =
+            |k: usize| errors[k].map(|error| Estimate { rms_high: self.margin[k] * error.rms_high, ..error });
+        Ok([of_all(0), of_all(1)])
     }
 
     /// Of errors of the known rays; `counts` tells which of the yardstick's have one.
