@@ -34,8 +34,8 @@ impl SpectralModel {
         attenuation.grid().check_same("mass attenuation", spectrum.grid())?;
         let i0 = spectrum.total();
         let (count, materials) = (spectrum.grid().count(), attenuation.names().len());
-        let (mut kept, mut weights) = (reserved(count, WHAT)?, reserved(count, WHAT)?);
-        let mut energies = reserved(count, WHAT)?;
+        let [mut energies, mut weights] = [reserved(count, WHAT)?, reserved(count, WHAT)?];
+        let mut kept = reserved(count, WHAT)?;
         // A weight that underflows when normalised is no weight either.
         for (k, weight) in spectrum.weights().iter().map(|w| w / i0).enumerate().filter(|(_, w)| *w > 0.0) {
             kept.push(k);
@@ -45,10 +45,7 @@ impl SpectralModel {
         let mut coefficients: Vec<f64> = reserved(kept.len() * materials, WHAT)?;
         let rows = (0..materials).map(|m| attenuation.coefficients(m));
         coefficients.extend(rows.flat_map(|row| kept.iter().map(|&k: &usize| row[k])));
-        let least = coefficients
-            .chunks(kept.len())
-            .map(|row| row.iter().copied().fold(f64::INFINITY, f64::min))
-            .collect();
+        let least = least(&coefficients, kept.len());
         Ok(Self {
             i0,
             energies,
@@ -59,18 +56,19 @@ impl SpectralModel {
         })
     }
 
-    /// The sum over some of the bins, given by index, with weights of their own. The least coefficients stay those of
-    /// all bins: stopping early keeps its promise for the exact sum.
+    /// The sum over `bins` with weights of their own. Stopping early still keeps its promise for the sum over all bins.
     pub(super) fn of_bins(&self, bins: &[usize], weights: Vec<f64>) -> Self {
         let rows = (0..self.materials()).map(|m| self.coefficients(m));
-        Self {
-            i0: self.i0,
-            energies: bins.iter().map(|&k| self.energies[k]).collect(),
-            weight_sum: compensated(weights.iter().copied()),
-            weights,
-            coefficients: rows.flat_map(|row| bins.iter().map(|&k| row[k])).collect(),
-            least: self.least.clone(),
-        }
+        let coefficients = rows.flat_map(|row| bins.iter().map(|&k| row[k])).collect();
+        let energies = bins.iter().map(|&k| self.energies[k]).collect();
+        let weight_sum = compensated(weights.iter().copied());
+        Self { i0: self.i0, energies, weights, weight_sum, coefficients, least: self.least.clone() }
+    }
+
+    /// The same bins with other materials: `coefficients[m*bins + k]`, cm²/g.
+    pub(super) fn with_coefficients(&self, coefficients: Vec<f64>) -> Self {
+        let least = least(&coefficients, self.bins());
+        Self { coefficients, least, ..self.clone() }
     }
 
     /// Number of energy bins with weight.
@@ -155,6 +153,11 @@ impl SpectralModel {
     fn tau(&self, k: usize, areal_density: &[f64]) -> f64 {
         areal_density.iter().enumerate().map(|(m, a)| self.coefficients[m * self.bins() + k] * a).sum()
     }
+}
+
+/// The smallest number of each row.
+fn least(values: &[f64], columns: usize) -> Vec<f64> {
+    values.chunks(columns).map(|row| row.iter().copied().fold(f64::INFINITY, f64::min)).collect()
 }
 
 /// The sum of numbers that are not negative, with the rounding of every addition made good (Kahan, CACM 8(1), 40, 1965):

@@ -1,5 +1,6 @@
 //! The sum over energies with fewer of them.
 
+mod alloy;
 mod bound;
 mod choice;
 mod expansion;
@@ -9,6 +10,7 @@ mod training;
 use serde::Serialize;
 
 use crate::physics::SpectralModel;
+use crate::physics::quadrature::alloy::Alloy;
 use crate::physics::quadrature::bound::Bound;
 use crate::physics::quadrature::choice::Choice;
 
@@ -55,9 +57,13 @@ impl Quadrature {
             return None;
         }
         let found = Choice::new(model, limits, floor, tolerance).nodes();
+        let alloy = Alloy::new(model, limits);
+        if !alloy.limits().iter().all(|limit| limit.is_finite()) {
+            return None;
+        }
         let fewer = found.into_iter().rev().filter(|(bins, _)| bins.len() < model.bins());
         fewer.take(3).find_map(|(bins, weights)| {
-            let bound = Bound::new(model, (&bins, &weights), floor, tolerance).over(limits)?;
+            let bound = Bound::new(&alloy, (&bins, &weights), floor, tolerance).over_all()?;
             let node = |(bin, weight): (usize, f64)| Node { kev: model.energies()[bin], weight, bin };
             let nodes = bins.into_iter().zip(weights).map(node).collect();
             Some(Self { nodes, limits: limits.to_vec(), floor, bound })

@@ -1,15 +1,21 @@
 //! The largest error of a reduced sum over a box of areal densities.
 
+use std::collections::VecDeque;
+
+use crate::physics::quadrature::alloy::Alloy;
 use crate::physics::quadrature::expansion::Expansion;
 use crate::physics::{MAX_MATERIALS, SpectralModel};
 
 /// Multiplications after which a bound counts as out of reach.
-const MOST_WORK: usize = 60_000_000;
+const MOST_WORK: usize = 12_000_000;
+
+/// What a cell costs at least, in multiplications.
+const CELL: usize = 5000;
 
 /// Part of a cell's tolerance below which single terms are not looked at.
 const SMALL: f64 = 2e-3;
 
-/// The exact sum and a reduced one over the same bins.
+/// The exact sum and a reduced one over the same bins, in the variables of [`Alloy`].
 ///
 /// With `S(A) = Σ_k w_k e^{−τ_k(A)}` and `S'(A)` likewise of the reduced weights, the error of the line integral is
 /// `Δp = −ln(S'/S)`. In a cell of the box, `A = c + δ` with `|δ_m| ≤ h_m`, both are written with the weights that they
@@ -22,6 +28,7 @@ const SMALL: f64 = 2e-3;
 /// `|Δp| ≤ −ln(1 − B)`. Cells are halved until this is within the tolerance at the least p of the cell, that of its
 /// lower corner. Rounding in float64 is not counted: it is of the order of 1e-13 · max(p, 1).
 pub(super) struct Bound<'a> {
+    alloy: &'a Alloy,
     model: &'a SpectralModel,
     exact: Vec<f64>,
     reduced: Vec<f64>,
@@ -47,25 +54,30 @@ enum Verdict {
 impl<'a> Bound<'a> {
     /// Of the sum over the bins `bins` of `model`, with any positive factor of their `weights`.
     pub(super) fn new(
-        model: &'a SpectralModel,
+        alloy: &'a Alloy,
         (bins, weights): (&[usize], &[f64]),
         floor: f64,
         tolerance: f64,
     ) -> Self {
+        let model = alloy.model();
         let [exact, sum] = [model.weights(), weights].map(|weights| weights.iter().sum::<f64>());
         let mut reduced = vec![0.0; model.bins()];
         bins.iter().zip(weights).for_each(|(&bin, weight)| reduced[bin] += weight / sum);
         let exact = model.weights().iter().map(|weight| weight / exact).collect();
-        Self { model, exact, reduced, floor, tolerance }
+        Self { alloy, model, exact, reduced, floor, tolerance }
     }
 
-    /// Bound of `|Δp| / max(p, floor)` over all areal densities from 0 to `limits`. `None` where it exceeds the
+    /// Bound of `|Δp| / max(p, floor)` over all paths. `None` where it exceeds the
     /// tolerance, or too much work would tell.
-    pub(super) fn over(&self, limits: &[f64]) -> Option<f64> {
+    pub(super) fn over_all(&self) -> Option<f64> {
         let mut whole = Cell { low: [0.0; MAX_MATERIALS], high: [0.0; MAX_MATERIALS] };
-        whole.high[..limits.len()].copy_from_slice(limits);
-        let (mut open, mut largest, mut work) = (vec![whole], 0.0, 0);
-        while let Some(cell) = open.pop() {
+        whole.high[..self.model.materials()].copy_from_slice(self.alloy.limits());
+        let (mut open, mut largest, mut work) = (VecDeque::from([whole]), 0.0, 0);
+        // The largest cells first: where the tolerance is not kept, some centre tells soon.
+        while let Some(cell) = open.pop_front() {
+            if !self.alloy.meets(&cell.low, &cell.high) {
+                continue;
+            }
             match self.judge(&cell, &mut work) {
                 Verdict::Within(error) => largest = f64::max(largest, error),
                 Verdict::Beyond => return None,
@@ -82,11 +94,11 @@ impl<'a> Bound<'a> {
         let bins = self.model.bins();
         let (centre, half) = cell.centre_and_half();
         let (passing, p) = self.passing(&centre);
-        *work += 10 * bins * self.model.materials();
+        *work += CELL + 10 * bins * self.model.materials();
         let differences: Vec<f64> =
             (0..bins).map(|k| passing[k] * (self.reduced[k] - self.exact[k])).collect();
         let error = differences.iter().sum::<f64>().ln_1p().abs();
-        if !(error <= self.tolerance * p.max(self.floor)) {
+        if !(error <= self.tolerance * p.max(self.floor)) && self.alloy.meets(&centre, &centre) {
             return Verdict::Beyond;
         }
         let least = self.passing(&cell.low).1.max(self.floor);
@@ -105,8 +117,8 @@ impl<'a> Bound<'a> {
         if let Some(expansion) = Expansion::new(&differences, &columns, &masses, SMALL * allowed) {
             *work += expansion.work();
             let bound = expansion.bound(allowed);
-            if bound <= allowed {
-                return Verdict::Within(-(-bound).ln_1p() / least);
+            if bound < allowed {
+                return Verdict::Within((-(-bound).ln_1p() / least).min(self.tolerance));
             }
         }
         self.cut(&half, &columns, &masses)
@@ -127,9 +139,13 @@ impl<'a> Bound<'a> {
             values.iter_mut().zip(self.model.coefficients(m)).for_each(|(tau, mu)| *tau += mu * areal);
         }
         let least = values.iter().copied().fold(f64::INFINITY, f64::min);
-        values.iter_mut().for_each(|tau| *tau = (least - *tau).exp());
+        for tau in &mut values {
+            *tau = (least - *tau).exp();
+        }
         let sum: f64 = values.iter().zip(&self.exact).map(|(passing, weight)| passing * weight).sum();
-        values.iter_mut().for_each(|passing| *passing /= sum);
+        for passing in &mut values {
+            *passing /= sum;
+        }
         (values, least - sum.ln())
     }
 }
@@ -145,6 +161,6 @@ impl Cell {
         let (mut below, mut above) = (self, self);
         below.high[material] = middle;
         above.low[material] = middle;
-        [above, below]
+        [below, above]
     }
 }

@@ -9,9 +9,14 @@ const MOST_CANDIDATES: usize = 256;
 /// Most nodes.
 const MOST_NODES: usize = 40;
 /// How much heavier the sum of the weights counts than any error.
-const SUM: f64 = 1e4;
+const SUM: f64 = 100.0;
 /// Steps of the search for better places, in candidates.
 const STEPS: [usize; 4] = [8, 4, 2, 1];
+
+/// Most rounds in which the largest error is lowered.
+const EVENINGS: usize = 12;
+/// An error this far above the goal is not lowered to it.
+const HOPELESS: f64 = 4.0;
 
 /// Bins (ascending) and weights (above 0, of sum 1).
 pub(super) type Nodes = (Vec<usize>, Vec<f64>);
@@ -59,8 +64,12 @@ impl Choice {
     pub(super) fn nodes(&self) -> Vec<Nodes> {
         let mut support = (Vec::new(), Vec::new());
         let (columns, target) = &self.compressed;
-        while support.0.len() < MOST_NODES.min(target.len()) && columns.grow(&mut support, target) {
-            if self.error(&support.0, &support.1) <= 0.1 * self.tolerance {
+        for _ in 0..3 * MOST_NODES {
+            let full = support.0.len() >= MOST_NODES.min(target.len());
+            if full
+                || !columns.grow(&mut support, target)
+                || self.error(&support.0, &support.1) <= 0.1 * self.tolerance
+            {
                 break;
             }
         }
@@ -86,11 +95,44 @@ impl Choice {
         let mut trials: Vec<Trial> =
             (0..trial.support.len()).map(without).filter(|t| !t.support.is_empty()).collect();
         trials.sort_by(|a, b| a.residual.total_cmp(&b.residual));
+        let goal = 0.8 * self.tolerance;
         trials
             .into_iter()
-            .take(2)
-            .map(|trial| self.moved(trial))
-            .find(|trial| self.error(&trial.support, &trial.weights) <= 0.9 * self.tolerance)
+            .take(3)
+            .map(|trial| self.evened(self.moved(trial), goal))
+            .find(|(_, error)| *error <= goal)
+            .map(|(trial, _)| trial)
+    }
+
+    /// The same places with weights whose largest error, not the sum of squares, is as small as `goal`, if that can be;
+    /// and the error. Rows count the more, the larger their error was (Lawson's algorithm; Rice & Usow,
+    /// Math. Comp. 22, 118, 1968).
+    fn evened(&self, mut trial: Trial, goal: f64) -> (Trial, f64) {
+        let mut error = self.error(&trial.support, &trial.weights);
+        let (columns, target) = &self.rows;
+        let (mut weights, mut masses) = (trial.weights.clone(), vec![1.0; target.len()]);
+        for _ in 0..EVENINGS {
+            if error <= goal || error > HOPELESS * goal {
+                break;
+            }
+            let errors = columns.residual(&trial.support, &weights, target);
+            let rows = target.len() - 1;
+            masses[..rows].iter_mut().zip(&errors).for_each(|(mass, error)| *mass *= error.abs());
+            let mean = masses[..rows].iter().sum::<f64>() / rows as f64;
+            masses[..rows].iter_mut().for_each(|mass| *mass /= mean);
+            let roots: Vec<f64> = masses.iter().map(|mass| mass.sqrt()).collect();
+            let weighted = columns.weighted(&trial.support, &roots);
+            let target: Vec<f64> = target.iter().zip(&roots).map(|(value, root)| value * root).collect();
+            weights = weighted.solve(&(0..trial.support.len()).collect::<Vec<_>>(), &target);
+            if !weights.iter().all(|weight| *weight > 0.0) {
+                break;
+            }
+            let new = self.error(&trial.support, &weights);
+            if new < error {
+                (error, trial.weights) = (new, weights.clone());
+            }
+        }
+        (trial, error)
     }
 
     /// The places that a search by smaller and smaller steps finds.

@@ -38,18 +38,21 @@ impl Expansion {
         let bins = differences.len();
         let largest: Vec<f64> = (0..bins).map(|k| differences[k].abs() * exponent(k).exp()).collect();
         let kept: Vec<usize> = (0..bins).filter(|&k| !(largest[k] * bins as f64 <= small)).collect();
-        let total: f64 = largest.iter().sum();
-        let left_out: f64 = total - kept.iter().map(|&k| largest[k]).sum::<f64>();
-        let left_out = left_out.max(0.0) + 1e-15 * total.min(1.0);
+        let left_out = (0..bins).filter(|k| kept.binary_search(k).is_err()).map(|k| largest[k]).sum();
         let of_kept = |values: &[f64]| -> Vec<f64> { kept.iter().map(|&k| values[k]).collect() };
         let differences = of_kept(differences);
         let columns: Vec<_> = columns.iter().map(|column| of_kept(column)).collect();
         let mut expansion = Self { differences, directions: Vec::new(), left_out, small };
         let exponents = expansion.orthogonalise(columns, &of_kept(masses));
-        let mut later = vec![1.0; kept.len()];
-        for z in exponents.iter().rev() {
-            expansion.directions.insert(0, Direction::new(z, &later)?);
-            later.iter_mut().zip(z).for_each(|(factor, z)| *factor *= z.abs().exp());
+        let growth = |z: &Vec<f64>| z.iter().map(|z| z.abs().exp()).collect::<Vec<f64>>();
+        let growths: Vec<Vec<f64>> = exponents.iter().map(growth).collect();
+        // The largest size of each term before a direction's factor: that of d and of the directions before it.
+        let mut sizes: Vec<f64> = expansion.differences.iter().map(|d| d.abs()).collect();
+        for (i, z) in exponents.iter().enumerate() {
+            let later = (0..kept.len()).map(|k| growths[i + 1..].iter().map(|growth| growth[k]).product());
+            let direction = Direction::new(z, &growths[i], &sizes, &later.collect::<Vec<f64>>(), small)?;
+            expansion.directions.push(direction);
+            sizes.iter_mut().zip(&growths[i]).for_each(|(size, growth)| *size *= growth);
         }
         Some(expansion)
     }
@@ -85,7 +88,11 @@ impl Expansion {
     /// Bound of `|Σ_k d_k e^{−y·z_k} (e^{−δ·x_k} − 1)|` for what is left of the columns.
     fn effect(&self, exponents: &[Vec<f64>], columns: &[Vec<f64>]) -> f64 {
         let width = |of: &[Vec<f64>], k: usize| of.iter().map(|column| column[k].abs()).sum::<f64>();
-        let of_bin = |(k, d): (usize, &f64)| d.abs() * width(exponents, k).exp() * width(columns, k).exp_m1();
+        // |e^{−b} − 1| ≤ |b| e^{|b|}
+        let of_bin = |(k, d): (usize, &f64)| {
+            let left = width(columns, k);
+            d.abs() * left * (width(exponents, k) + left).exp()
+        };
         self.differences.iter().enumerate().map(of_bin).sum()
     }
 
@@ -119,6 +126,8 @@ impl Expansion {
                 return;
             }
         }
+        // Smaller than rounding, but not small.
+        *bound = f64::INFINITY;
     }
 
     /// Multiplications that a bound takes, roughly.
@@ -131,9 +140,10 @@ impl Expansion {
 
 impl Direction {
     /// Bessel functions by their ratios, `I_{j+1}/I_j = z / (2(j+1) + z I_{j+2}/I_{j+1})`, from the highest order down,
-    /// and `I_0 + 2 Σ_j I_j = e^z` (Abramowitz & Stegun 1964, 9.6.26 and 9.6.37). `later`: the largest value of
-    /// the factors of later directions.
-    fn new(z: &[f64], later: &[f64]) -> Option<Self> {
+    /// and `I_0 + 2 Σ_j I_j = e^z` (Abramowitz & Stegun 1964, 9.6.26 and 9.6.37). `growth`: `e^{|z|}`;
+    /// `later`: the largest value of the factors of later directions. Ends with the
+    /// order whose tail is `small` for any terms up to `sizes`.
+    fn new(z: &[f64], growth: &[f64], sizes: &[f64], later: &[f64], small: f64) -> Option<Self> {
         let widest = z.iter().fold(0.0, |widest: f64, z| widest.max(z.abs()));
         if !(widest <= WIDEST) {
             return None;
@@ -143,23 +153,34 @@ impl Direction {
         // Σ_{i ≥ j} I_i / I_j
         let mut sums = vec![vec![1.0; z.len()]; highest + 1];
         for j in (0..highest).rev() {
-            for (k, z) in z.iter().enumerate() {
-                ratios[j][k] = z / (2.0 * (j + 1) as f64 + z * ratios[j + 1][k]);
-                sums[j][k] = 1.0 + ratios[j][k].abs() * sums[j + 1][k];
+            let twice_order = 2.0 * (j + 1) as f64;
+            let (ratio, above) = ratios.split_at_mut(j + 1);
+            for ((ratio, above), z) in ratio[j].iter_mut().zip(&above[0]).zip(z) {
+                *ratio = z / (twice_order + z * above);
+            }
+            let (sum, above) = sums.split_at_mut(j + 1);
+            for ((sum, above), ratio) in sum[j].iter_mut().zip(&above[0]).zip(&ratios[j]) {
+                *sum += ratio.abs() * above;
             }
         }
-        let mut twice: Vec<f64> =
-            z.iter().zip(&sums[0]).map(|(z, s)| 2.0 * z.abs().exp() / (2.0 * s - 1.0)).collect();
-        let (mut orders, mut tails) = (Vec::new(), Vec::new());
-        for j in 0..=highest {
-            let half = if j == 0 { 0.5 } else { 1.0 };
-            orders.push(twice.iter().map(|value| half * value).collect());
-            let whole = if j == 0 { 1.0 } else { 0.0 };
-            let tail = |k: usize| twice[k].abs() * (sums[j][k] - 0.5 * whole) * later[k];
-            tails.push((0..z.len()).map(tail).collect());
-            twice.iter_mut().zip(&ratios[j]).for_each(|(value, ratio)| *value *= ratio);
+        let first = growth.iter().zip(&sums[0]).map(|(growth, sum)| growth / (2.0 * sum - 1.0));
+        let mut order: Vec<f64> = first.collect();
+        let whole = growth.iter().zip(later).map(|(growth, later)| growth * later).collect();
+        let mut direction = Self { orders: Vec::new(), tails: vec![whole] };
+        for (ratios, sums) in ratios.iter().zip(&sums[1..]) {
+            let doubled = if direction.orders.is_empty() { 2.0 } else { 1.0 };
+            let next: Vec<f64> =
+                order.iter().zip(ratios).map(|(value, ratio)| doubled * value * ratio).collect();
+            let tail =
+                next.iter().zip(sums).zip(later).map(|((value, sum), later)| value.abs() * sum * later);
+            direction.tails.push(tail.collect());
+            direction.orders.push(std::mem::replace(&mut order, next));
+            if direction.tails.last().is_some_and(|tail| dot(tail, sizes) <= small) {
+                break;
+            }
         }
-        Some(Self { orders, tails })
+        direction.orders.push(order);
+        Some(direction)
     }
 }
 
@@ -171,4 +192,62 @@ fn highest_order(z: f64) -> usize {
         value *= 0.5 * z / order as f64;
     }
     order
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn even(k: usize) -> f64 {
+        (k as f64 * 0.618_033_988_749_895).fract()
+    }
+
+    /// `Σ_k d_k e^{−δ·x_k}`
+    fn sum(differences: &[f64], columns: &[Vec<f64>], at: &[f64]) -> f64 {
+        let exponent = |k: usize| columns.iter().zip(at).map(|(column, y)| column[k] * y).sum::<f64>();
+        differences.iter().enumerate().map(|(k, d)| d * (-exponent(k)).exp()).sum()
+    }
+
+    #[test]
+    fn no_value_in_the_cell_is_above_the_bound() {
+        for (scale, materials) in [(0.01, 1), (0.5, 1), (0.5, 2), (1.0, 3), (2.5, 3), (0.3, 8)] {
+            let differences: Vec<f64> = (0..30).map(|k| even(k * k) - 0.5).collect();
+            // The third column is nearly the first, as lung is nearly tissue.
+            let entry = |m: usize, k: usize| {
+                scale * (2.0 * even(7 * (m % 2) + (m + 1) * k) - 1.0) + 0.01 * even(k * m)
+            };
+            let columns: Vec<Vec<f64>> = (0..materials)
+                .map(|m| (0..30).map(|k| entry(if m == 2 { 0 } else { m }, k)).collect())
+                .collect();
+            let bound =
+                Expansion::new(&differences, &columns, &[1.0; 30], 1e-6).unwrap().bound(f64::INFINITY);
+            let at = |i: usize, m: usize| (3.0 * (2.0 * even(i * (m + 3) + m) - 1.0)).clamp(-1.0, 1.0);
+            let values = (0..5000).map(|i| {
+                let at: Vec<f64> = (0..materials).map(|m| at(i, m)).collect();
+                sum(&differences, &columns, &at).abs()
+            });
+            let largest = values.fold(0.0, f64::max);
+            assert!(largest <= bound, "{scale}, {materials}: {largest} above {bound}");
+            if materials < 8 {
+                assert!(bound <= 8.0 * largest, "{scale}, {materials}: {bound} far above {largest}");
+            }
+        }
+    }
+
+    #[test]
+    fn one_term_is_largest_on_the_edge() {
+        for z in [1e-12, 1e-3, -0.7, 2.0, -8.0] {
+            let bound = Expansion::new(&[-3.0], &[vec![z]], &[1.0], 1e-12).unwrap().bound(f64::INFINITY);
+            let largest = 3.0 * z.abs().exp();
+            assert!((bound / largest - 1.0).abs() < 1e-12, "{z}: {bound}, not {largest}");
+        }
+        assert!(Expansion::new(&[1.0], &[vec![8.1]], &[1.0], 1e-9).is_none());
+    }
+
+    #[test]
+    fn terms_that_cancel_are_seen_to_cancel() {
+        // Second differences: what is left is (h x)²/2-like.
+        let bound = Expansion::new(&[1.0, -2.0, 1.0], &[vec![-1e-3, 0.0, 1e-3]], &[1.0; 3], 1e-12).unwrap();
+        assert!((bound.bound(1.0) / 1e-6 - 1.0).abs() < 1e-5);
+    }
 }

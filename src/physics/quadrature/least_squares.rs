@@ -30,6 +30,12 @@ impl Columns {
         residual
     }
 
+    /// Some of the columns, each row multiplied by a factor.
+    pub(super) fn weighted(&self, support: &[usize], factors: &[f64]) -> Self {
+        let column = |&k: &usize| self.column(k).iter().zip(factors).map(|(value, factor)| value * factor);
+        Self::new(self.rows, support.iter().flat_map(column).collect())
+    }
+
     /// The same least-squares problems on fewer rows: the columns, and the target as the last of them, in the basis of
     /// those columns that orthogonalisation with pivoting takes first. What no longer fits is shorter than `shortest`
     /// in every column. Sums of exponentials need some 15 rows for nine digits.
@@ -70,7 +76,9 @@ impl Columns {
             if !(length > 1e-14 * dot(original, original).sqrt()) {
                 continue;
             }
-            direction.iter_mut().for_each(|value| *value /= length);
+            for value in &mut *direction {
+                *value /= length;
+            }
             r[i][i] = length;
             for (j, column) in after.iter_mut().enumerate() {
                 let part = dot(direction, column);
@@ -96,7 +104,7 @@ impl Columns {
             if support.0.contains(&k) { 0.0 } else { slope }
         });
         let (next, slope) = largest(slopes);
-        if !(slope > 1e-15 * dot(target, target).sqrt()) {
+        if !(slope > 1e-12 * dot(&residual, &residual).sqrt()) {
             return false;
         }
         support.0.push(next);
@@ -145,4 +153,61 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     }
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum();
     sums.iter().sum::<f64>() + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Powers of 0 … 1 as columns.
+    fn powers(rows: usize, count: usize) -> Columns {
+        let value = |row: usize, power: usize| (row as f64 / (rows - 1) as f64).powi(power as i32);
+        Columns::new(rows, (0..count).flat_map(|power| (0..rows).map(move |row| value(row, power))).collect())
+    }
+
+    fn of(columns: &Columns, support: &[usize], x: &[f64]) -> Vec<f64> {
+        let zero = vec![0.0; columns.rows];
+        columns.residual(support, x, &zero).iter().map(|value| -value).collect()
+    }
+
+    #[test]
+    fn a_polynomial_is_found_again() {
+        let columns = powers(40, 8);
+        let (support, x) = ([1, 0, 4, 7], [3.0, 0.5, -2.0, 1.0]);
+        let solution = columns.solve(&support, &of(&columns, &support, &x));
+        assert!(solution.iter().zip(x).all(|(a, b)| (a - b).abs() < 1e-11), "{solution:?}");
+    }
+
+    #[test]
+    fn residuals_are_at_right_angles_to_the_columns() {
+        let columns = powers(40, 6);
+        let target: Vec<f64> = (0..40).map(|row| (0.2 * f64::from(row)).sin()).collect();
+        let (compressed, short) = columns.compressed(&target, 1e-12);
+        assert_eq!(compressed.rows, 6);
+        let support = [0, 2, 5];
+        let x = columns.solve(&support, &target);
+        let residual = columns.residual(&support, &x, &target);
+        assert!(support.iter().all(|&k| dot(columns.column(k), &residual).abs() < 1e-13));
+        let same = compressed.solve(&support, &short);
+        assert!(x.iter().zip(&same).all(|(a, b)| (a - b).abs() < 1e-10), "{x:?} and {same:?}");
+    }
+
+    #[test]
+    fn a_dependent_column_gets_nothing() {
+        let columns = Columns::new(2, vec![4.0, 0.0, 2.0, 0.0]);
+        assert_eq!(columns.solve(&[0, 1], &[12.0, 1.0]), [3.0, 0.0]);
+    }
+
+    #[test]
+    fn nothing_turns_negative() {
+        let columns = powers(40, 6);
+        // Best without a bound: 1 and −1.
+        let target = of(&columns, &[0, 3], &[1.0, -1.0]);
+        let mut support = (Vec::new(), Vec::new());
+        let steps = (0..20).take_while(|_| columns.grow(&mut support, &target)).count();
+        assert!(steps < 20 && support.1.iter().all(|x| *x > 0.0), "{support:?}");
+        // The conditions of Karush, Kuhn and Tucker: no column would make the residual shorter.
+        let residual = columns.residual(&support.0, &support.1, &target);
+        assert!((0..6).all(|k| dot(columns.column(k), &residual) < 1e-12));
+    }
 }
