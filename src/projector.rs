@@ -128,9 +128,6 @@ impl Context {
     }
 }
 
-/// How much more matter rays may meet than those that were cast to find out.
-const BETWEEN_RAYS: f64 = 1.25;
-
 /// Projects one volume as one scene says. Immutable: may be used from many threads at once.
 pub struct Projector {
     context: Context,
@@ -167,13 +164,10 @@ impl Projector {
     pub fn new(context: &Context, volume: Arc<Volume>, scene: Scene) -> Result<Self> {
         let few = matches!(scene.method.energies, Energies::Few { .. });
         let reach = if few && context.backend != Backend::Reference {
-            // Of the scene as it is: what is wrong with it is said before rays are cast.
-            Plan::new(&scene, &volume, context.backend, None)?;
             context.install(|| Reach::of_c_arms(&scene, &volume))?
         } else {
             None
         };
-        let reach = reach.map(|reach| reach.stretched(BETWEEN_RAYS));
         Self::with_reach(context, volume, scene, reach.as_ref())
     }
 
@@ -184,7 +178,6 @@ impl Projector {
         scene: Scene,
         reach: Option<&Reach>,
     ) -> Result<Self> {
-        scene.validate()?;
         let quadrature = reach.map_or(Ok(None), |reach| reach.quadrature(&scene))?;
         let plan = Plan::new(&scene, &volume, context.backend, quadrature)?;
         let engine: Box<dyn Engine> = match context.backend {
