@@ -30,6 +30,9 @@ static DrrStatus call_reference_outputs_init(const Given *g) {
 static DrrStatus call_device_outputs_init(const Given *g) {
     return drr_device_outputs_init((DrrDeviceOutputs *)g->outputs);
 }
+static DrrStatus call_certificate_init(const Given *g) {
+    return drr_certificate_init((DrrCertificate *)g->certificate);
+}
 static DrrStatus call_context_create(const Given *g) {
     return drr_context_create((const DrrContextOptions *)g->options, (DrrContext **)g->context);
 }
@@ -51,6 +54,7 @@ static const Function options_init = {"drr_context_options_init", NULL, call_opt
                       outputs_init = {"drr_outputs_init", NULL, call_outputs_init, NULL},
                       reference_outputs_init = {"drr_reference_outputs_init", NULL, call_reference_outputs_init, NULL},
                       device_outputs_init = {"drr_device_outputs_init", NULL, call_device_outputs_init, NULL},
+                      certificate_init = {"drr_certificate_init", NULL, call_certificate_init, NULL},
                       context_backend = {"drr_context_backend", NULL, call_context_backend, NULL},
                       context_device_name = {"drr_context_device_name", NULL, call_context_device_name, NULL},
                       context_create = {"drr_context_create", context_place, call_context_create, destroy_made_context},
@@ -78,15 +82,20 @@ static void context_destroyed(Given *g) {
     {&context_create, "options.device_index", "huge", NULL, PUT(to.options.device_index, size_t, index), INVALID,   \
      "options.device_index is " value ";", "0, because the engine cpu runs on the CPU"}
 
+#define TIMINGS_ROW(kind, text, value)                                                                              \
+    {&context_create, "options.timings", kind, NULL, PUT(to.options.timings, const char *, text), INVALID, value,   \
+     "valid: "}
+
 static const Row context_rows[] = {
     POINTER_ROWS(&options_init, options, options, "8 bytes"),
     POINTER_ROWS(&descriptor_init, descriptor, descriptor, "8 bytes"),
     POINTER_ROWS(&scene_init, scene, scene, "8 bytes"),
     POINTER_ROWS(&outputs_init, outputs, outputs, "8 bytes"),
+    POINTER_ROWS(&certificate_init, certificate, certificate, "8 bytes"),
     POINTER_ROWS(&device_outputs_init, outputs, device_outputs, "8 bytes"),
     POINTER_ROWS(&reference_outputs_init, outputs, reference_outputs, "8 bytes"),
     {&context_create, "options", "misaligned", NULL, ASKEW(options, options), INVALID, "options is 0x", "aligned to 8"},
-    STRUCT_SIZE_ROWS(&context_create, "options", options, "32"),
+    STRUCT_SIZE_ROWS(&context_create, "options", options, "40"),
     BACKEND_ROW(5),
     BACKEND_ROW(4294967295),
     DEVICE_ROW(1, "1"),
@@ -97,6 +106,10 @@ static const Row context_rows[] = {
      "options.thread_count is 1025;", "0 (one per core) … 1024"},
     {&context_create, "options.thread_count", "huge", NULL, PUT(to.options.thread_count, uint32_t, UINT32_MAX), INVALID,
      "options.thread_count is 4294967295;", "0 (one per core) … 1024"},
+    TIMINGS_ROW("unknown", "no numbers at all", "options.timings is expected"),
+    TIMINGS_ROW("unknown", "{\"name\":\"here\",\"engines\":{\"cpu\":{\"sample_ns\":{},\"ray_ns\":-1,\"energy_ns\":1}}}",
+                "options.timings is -1;"),
+    TIMINGS_ROW("not UTF-8", "\xff", "options.timings is "),
     POINTER_ROWS(&context_create, context, handle, "8 bytes"),
     CONTEXT_ROWS(&context_destroy),
     CONTEXT_ROWS(&context_backend),

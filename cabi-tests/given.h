@@ -29,12 +29,14 @@ typedef struct Pointees {
     double reference_images[3][IMAGES], reference_areal_density[MATERIALS * IMAGES];
     void *handle;
     DrrBackend backend;
+    DrrCertificate certificate;
 } Pointees;
 
 /* One member per parameter name of the header; functions read those that they have. */
 typedef struct Given {
     void *options, *context, *descriptor, *hu, *labels, *texture, *volume, *scene, *projector, *centre, *pose, *uniforms,
-        *views, *poses, *outputs, *weights, *coefficients, *factors, *queue, *backend;
+        *views, *poses, *outputs, *weights, *coefficients, *factors, *queue, *backend,
+        *certificate;
     const char *name;
     double angle_degrees, source_axis_mm, source_detector_mm, pixel_mm, first_energy_kev, energy_step_kev;
     size_t width, height, energy_count, view_count;
@@ -127,6 +129,8 @@ static inline void good(Given *g) {
     g->outputs = &g->to.outputs;
     g->queue = NULL;
     g->backend = &g->to.backend;
+    drr_certificate_init(&g->to.certificate);
+    g->certificate = &g->to.certificate;
     g->first_energy_kev = 15.0;
     g->energy_step_kev = 1.0;
     g->energy_count = ENERGIES;

@@ -196,6 +196,13 @@ static const Row projection_rows[] = {
     POINTER_ROWS(&project_poses, poses, poses, "8 bytes"),
     POSE_ROWS(&project_poses, "poses[1]"),
 
+    HANDLE_ROWS(&certify),
+    COUNT_ROWS(&certify, "view_count", view_count, "65536", 65537),
+    POINTER_ROWS(&certify, poses, poses, "8 bytes"),
+    POSE_ROWS(&certify, "poses[1]"),
+    POINTER_ROWS(&certify, certificate, certificate, "8 bytes"),
+    STRUCT_SIZE_ROWS(&certify, "certificate", certificate, "96"),
+
     ENCODING_ROWS(&encode),
     /* Tables that this engine has no queue for are not looked at. */
     MATRIX_ROWS(&encode),

@@ -58,6 +58,17 @@ static void monoenergetic_between(Given *g) {
 /* Classified as air, lung, adipose, ...; the default table is air, lung, soft tissue, bone. */
 static void another_classification(Given *g) { g->volume = live.adipose; }
 
+/* Of these few voxels the finest march is still some HU off. */
+static void tolerant(Given *g) { g->to.scene.tolerance_hu = 1000.0; }
+static void expecting(Given *g) {
+    g->to.scene.expected_poses = g->to.poses;
+    g->to.scene.expected_pose_count = VIEWS;
+}
+static DrrStatus call_set_preset(const Given *g) { return drr_scene_set_preset((DrrScene *)g->scene, g->name); }
+static void standard(Given *g) { g->name = "standard"; }
+
+static const Function set_preset = {"drr_scene_set_preset", standard, call_set_preset, NULL};
+
 #define SCENE_ROW(field, type, kind, number, value, valid) \
     SCENE_ROW_WITH(NULL, field, type, kind, number, value, valid)
 #define SCENE_ROW_WITH(setting, field, type, kind, number, value, valid)                             \
@@ -70,6 +81,13 @@ static void another_classification(Given *g) { g->volume = live.adipose; }
 /* A number that must be positive. */
 #define POSITIVE_ROWS(setting, field, valid)                                                         \
     SCENE_ROW_WITH(setting, field, double, "zero", 0.0, "0", valid),                                 \
+    SCENE_ROW_WITH(setting, field, double, "negative", -70.0, "-70", valid),                         \
+    SCENE_ROW_WITH(setting, field, double, "NaN", NAN, "NaN", valid),                                \
+    SCENE_ROW_WITH(setting, field, double, "+Inf", INFINITY, "inf", valid),                          \
+    SCENE_ROW_WITH(setting, field, double, "-Inf", -INFINITY, "-inf", valid),                        \
+    SCENE_ROW_WITH(setting, field, double, "huge", 1e300, "1e300", valid)
+/* A number that may be 0. */
+#define NUMBER_ROWS(setting, field, valid)                                                           \
     SCENE_ROW_WITH(setting, field, double, "negative", -70.0, "-70", valid),                         \
     SCENE_ROW_WITH(setting, field, double, "NaN", NAN, "NaN", valid),                                \
     SCENE_ROW_WITH(setting, field, double, "+Inf", INFINITY, "inf", valid),                          \
@@ -96,7 +114,7 @@ static const Row scene_rows[] = {
      "a DrrVolume that has not been destroyed"},
     {&projector_create, "volume", "destroyed", volume_destroyed, NOTHING, INVALID, "volume is ", "a DrrVolume"},
     POINTER_ROWS(&projector_create, scene, scene, "8 bytes"),
-    STRUCT_SIZE_ROWS(&projector_create, "scene", scene, "112"),
+    STRUCT_SIZE_ROWS(&projector_create, "scene", scene, "152"),
     SIDE_ROWS(detector_width),
     SIDE_ROWS(detector_height),
     TABLE_ROWS(own_spectrum, spectrum, spectrum, 7, "[7]", ENERGIES - 1, "[135]", WEIGHT_RANGE),
@@ -162,7 +180,24 @@ static const Row scene_rows[] = {
     SCENE_ROW(bone_material, uint32_t, "huge", 4, "4", "0 … 3"),
     SCENE_ROW(bone_material, uint32_t, "huge", 259, "259", "0 … 3"),
     SCENE_ROW(bone_material, uint32_t, "huge", UINT32_MAX, "4294967295", "0 … 3"),
+    NUMBER_ROWS(NULL, tolerance_hu, "above 0, at most 1000 HU"),
+    NUMBER_ROWS(tolerant, tolerance_mm, "0 (does not matter) … 1e6 mm"),
+    NUMBER_ROWS(NULL, few_energies_hu, "above 0, at most 100 HU"),
+    {&projector_create, "scene.tolerance", "out of reach", NULL, PUT(to.scene.tolerance_hu, double, 1e-9), INVALID,
+     "scene.tolerance is 0.000000001 HU;", "which the engine's methods reach in this scene"},
+    {&projector_create, "scene.expected_poses", "misaligned", expecting, ASKEW(to.scene.expected_poses, poses), INVALID,
+     "scene.expected_poses is 0x", "aligned to 8 bytes"},
+    {&projector_create, "scene.expected_poses[1].source", "NaN", expecting, PUT(to.poses[1].source[0], double, NAN),
+     INVALID, "scene.expected_poses[1].source is [NaN, ", "1e10 mm"},
+    SCENE_ROW_WITH(expecting, expected_pose_count, size_t, "zero", 0, "0", "1 … 65536"),
+    SCENE_ROW_WITH(expecting, expected_pose_count, size_t, "huge", 65537, "65537", "1 … 65536"),
+    SCENE_ROW_WITH(expecting, expected_pose_count, size_t, "huge", SIZE_MAX, "18446744073709551615", "1 … 65536"),
     POINTER_ROWS(&projector_create, projector, handle, "8 bytes"),
+    POINTER_ROWS(&set_preset, scene, scene, "8 bytes"),
+    STRUCT_SIZE_ROWS(&set_preset, "scene", scene, "152"),
+    {&set_preset, "name", "NULL", NULL, PUT(name, const char *, NULL), INVALID, "name is NULL;", "a pointer"},
+    {&set_preset, "name", "unknown", NULL, PUT(name, const char *, "best"), INVALID, "name is best;", "draft, standard, reference"},
+    {&set_preset, "name", "not UTF-8", NULL, PUT(name, const char *, "\xff"), INVALID, "name is ", "UTF-8"},
 };
 
 #endif

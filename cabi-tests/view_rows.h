@@ -28,6 +28,10 @@ static DrrStatus call_reference_project(const Given *g) {
     return drr_reference_project((const DrrProjector *)g->projector, g->algorithm, (const DrrDetectorPose *)g->poses,
                                  g->view_count, (const DrrReferenceOutputs *)g->outputs);
 }
+static DrrStatus call_certify(const Given *g) {
+    return drr_projector_certify((const DrrProjector *)g->projector, (const DrrDetectorPose *)g->poses, g->view_count,
+                                 (DrrCertificate *)g->certificate);
+}
 /* Engines of the CPU have no queues: a call that is valid gets as far as that. */
 static DrrStatus valid(DrrStatus status) { return status == DRR_STATUS_UNSUPPORTED ? DRR_STATUS_OK : status; }
 static DrrStatus call_encode(const Given *g) {
@@ -48,6 +52,7 @@ static const Function uniforms_cone = {"drr_uniforms_cone", NULL, call_uniforms_
                       describe = {"drr_projector_describe", NULL, call_describe, NULL},
                       project = {"drr_projector_project", NULL, call_project, NULL},
                       project_poses = {"drr_projector_project_poses", NULL, call_project_poses, NULL},
+                      certify = {"drr_projector_certify", NULL, call_certify, NULL},
                       encode = {"drr_projector_encode", device_places, call_encode, NULL},
                       encode_poses = {"drr_projector_encode_poses", device_places, call_encode_poses, NULL},
                       reference_project = {"drr_reference_project", float64_places, call_reference_project, NULL};

@@ -175,6 +175,9 @@ typedef struct DrrContextOptions {
     void *metal_device;
     /// Which of the GPUs that NVIDIA's driver lists; for engines of the CPU 0. Default 0.
     size_t device_index;
+    /// What methods cost on this machine, which a scene's tolerance_hu chooses by: the text that `drr tradeoff --timings`
+    /// writes. It is only read during drr_context_create. Default NULL: built-in rates.
+    const char *timings;
 } DrrContextOptions;
 
 /// The fastest engine that this machine has: Metal, CUDA or the CPU's.
@@ -370,6 +373,22 @@ typedef struct DrrScene {
     uint32_t supersampling;
     /// The label of bone, below material_count. Only read with DRR_EFFECT_BONE_PATH. Default 3.
     uint32_t bone_material;
+    /// The error that is allowed: the root mean square of 1000 (p - p_exact) / p_exact over the rays with p above a
+    /// twentieth of the largest, HU-equivalents, above 0 to 1000. The projector then takes the cheapest method that is
+    /// measured to keep it, with a confidence of 99 %, on rays of the expected views; algorithm, step_voxels and
+    /// few_energies_hu are not read. drr_projector_describe says what was chosen and why. Default 0: no such choice.
+    double tolerance_hu;
+    /// The displacement of edges that is allowed as well, root mean square, mm near the volume's centre. Only read with
+    /// tolerance_hu. Default 0: it does not matter.
+    double tolerance_mm;
+    /// Instead of every energy, as few are summed as keep p within this error, HU-equivalents, above 0 to 100: a bound
+    /// that is computed, not measured. Default 0: every energy.
+    double few_energies_hu;
+    /// The views that methods are measured on, and of which areal densities are expected; others are projected as well,
+    /// with an error that has not been measured. Default NULL: C-arm views all around that see the whole volume.
+    const DrrDetectorPose *expected_poses;
+    /// Number of expected_poses, 1 to DRR_MAX_VIEWS. Not read when they are NULL. Default 0.
+    size_t expected_pose_count;
 } DrrScene;
 
 /// All energies of the spectrum are summed. Without it everything happens at mono_energy_kev.
@@ -392,6 +411,12 @@ typedef struct DrrScene {
 
 /// Fills `*scene` with the defaults and its size. Fails for NULL. Any thread.
 DrrStatus drr_scene_init(struct DrrScene *scene);
+
+/// States a tolerance by its name: "draft", 10 HU and 1 mm; "standard", the specification's 2 HU and 0.2 mm; "reference",
+/// 0.1 HU and 0.01 mm. Writes tolerance_hu and tolerance_mm of `*scene`, which drr_scene_init has filled, on success
+/// only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
+DrrStatus drr_scene_set_preset(struct DrrScene *scene,
+                               const char *name);
 
 /// A point source and a flat detector, world mm. The centre of pixel (i, j), i = column, is at
 /// first_pixel + i x column_step + j x row_step. The struct never grows: arrays of it are passed.
@@ -548,6 +573,54 @@ DrrStatus drr_projector_project_poses(const struct DrrProjector *projector,
                                       const DrrDetectorPose *poses,
                                       size_t view_count,
                                       const DrrOutputs *outputs);
+
+/// The measured error of a projector in some views, against the exact integral of the interpolated voxels with every
+/// energy: some thousand rays, cast again in float64. Fill it with drr_certificate_init, hand it to
+/// drr_projector_certify. NaN where no ray says anything.
+///
+/// HU are HU-equivalents of the line integral, 1000 (p - p_exact) / p_exact, over rays with p_exact above `floor`.
+typedef struct DrrCertificate {
+    /// Set by drr_certificate_init.
+    size_t struct_size;
+    /// Rays that were cast again.
+    size_t rays;
+    /// A twentieth of the largest p among them.
+    double floor;
+    /// With what confidence root mean squares over all rays are below the bounds, such as 0.99.
+    double confidence;
+    /// Root mean square error over the rays that were looked at, HU.
+    double rmse_hu;
+    /// What that over all rays is below.
+    double rmse_hu_bound;
+    /// Largest error among the rays that were looked at, HU.
+    double max_hu;
+    /// Displacement of edges that would explain the error where the image is steepest, root mean square, mm near the
+    /// volume's centre.
+    double rmse_mm;
+    /// What that over all rays is below.
+    double rmse_mm_bound;
+    /// Root mean square error that rounding alone makes, against the same algorithm in float64, HU.
+    double rounding_rmse_hu;
+    /// |p - p_exact| / |p_exact|, Euclidean norms over all rays.
+    double relative_l2;
+    /// Largest error of the intensity, as a part of that of a ray that meets nothing.
+    double max_intensity;
+} DrrCertificate;
+
+/// Fills `*certificate` with its size, and NaN for what is not known yet. Fails for NULL. Any thread.
+DrrStatus drr_certificate_init(struct DrrCertificate *certificate);
+
+/// Measures the error of what drr_projector_project_poses gives for `view_count` views, 1 to DRR_MAX_VIEWS; of more than
+/// 16, some are looked at. Takes about as long as the projection of a few thousand rays in float64.
+///
+/// `poses` are only read during the call. Writes `*certificate`, which drr_certificate_init has filled, on success only.
+/// The same call gives the same numbers. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY,
+/// DRR_STATUS_DEVICE, or DRR_STATUS_UNSUPPORTED for a volume in a texture. Any thread, also with one projector from many
+/// at once.
+DrrStatus drr_projector_certify(const DrrProjector *projector,
+                                const DrrDetectorPose *poses,
+                                size_t view_count,
+                                struct DrrCertificate *certificate);
 
 /// Where the float32 images of an encoded projection go, on the device; NULL for what is not wanted, which then costs
 /// nothing. Fill it with drr_device_outputs_init, then set at least one.

@@ -39,6 +39,7 @@
 //! # drr::Result::Ok(())
 //! ```
 
+pub mod accuracy;
 mod allocation;
 pub mod capi;
 pub mod engine;
@@ -55,12 +56,14 @@ mod projector;
 pub mod raycast;
 mod scene;
 pub mod shared;
+mod tolerance;
 pub mod volume;
 
 pub use error::{Error, Result};
 pub use method::{Accumulation, Algorithm, Energies, Method, STEP_RANGE, Storage};
 pub use projector::{Context, MAX_THREADS, Projector, ViewRequest};
 pub use scene::{MAX_DETECTOR, MAX_SUPERSAMPLING, Scene};
+pub use tolerance::Tolerance;
 
 /// The library's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

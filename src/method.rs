@@ -135,7 +135,7 @@ impl Method {
         self.algorithm.validate()?;
         match self.energies {
             Energies::Few { hu } if !(hu > 0.0 && hu <= 100.0) => {
-                Err(Error::invalid("scene.method.energies", hu, "above 0, at most 100 HU"))
+                Err(Error::invalid("scene.few_energies_hu", hu, "above 0, at most 100 HU"))
             }
             _ => Ok(()),
         }

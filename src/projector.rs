@@ -5,6 +5,7 @@ use std::ffi::{CStr, c_void};
 use std::ptr::NonNull;
 use std::sync::Arc;
 
+use crate::accuracy::Certificate;
 use crate::allocation::reserved;
 use crate::engine::cpu::Cpu;
 #[cfg(feature = "host")]
@@ -16,10 +17,10 @@ use crate::engine::{
 };
 use crate::error::{Error, Result};
 use crate::geometry::View;
-use crate::method::{Algorithm, Energies};
+use crate::method::Algorithm;
 use crate::physics::SpectralModel;
 use crate::plan::Plan;
-use crate::planner::Reach;
+use crate::planner::{self, Cache, Costs, Reach};
 use crate::raycast::Beam;
 use crate::scene::{Scene, check_i0};
 use crate::shared::DrrAddress;
@@ -31,6 +32,8 @@ pub struct Context {
     backend: Backend,
     device: Device,
     threads: Arc<rayon::ThreadPool>,
+    costs: Arc<Costs>,
+    plans: Arc<Cache>,
 }
 
 /// Most threads of a context.
@@ -67,7 +70,8 @@ impl Context {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let threads =
             pool.map_err(|error| Error::Unsupported(format!("threads cannot be started: {error}")))?;
-        Ok(Self { backend, device, threads: Arc::new(threads) })
+        let (costs, plans) = (Arc::default(), Arc::default());
+        Ok(Self { backend, device, threads: Arc::new(threads), costs, plans })
     }
 
     /// The engine.
@@ -117,9 +121,34 @@ impl Context {
         &self.device
     }
 
+    /// The same context, whose planner believes these costs.
+    #[must_use]
+    pub fn with_costs(self, costs: Costs) -> Self {
+        Self { costs: Arc::new(costs), plans: Arc::default(), ..self }
+    }
+
+    /// What its planner believes.
+    pub fn costs(&self) -> &Costs {
+        &self.costs
+    }
+
+    pub(crate) fn plans(&self) -> &Cache {
+        &self.plans
+    }
+
+    /// The engine `cpu` on the same threads.
+    pub(crate) fn on_cpu(&self) -> Self {
+        Self { backend: Backend::Cpu, device: Device::None, ..self.clone() }
+    }
+
     /// Number of threads.
     pub fn threads(&self) -> usize {
         self.threads.current_num_threads()
+    }
+
+    /// Threads that an engine of the CPU works on; 1 for engines of a device.
+    pub fn work_threads(&self) -> usize {
+        if self.backend.has_device() { 1 } else { self.threads() }
     }
 
     /// Runs `work`, whose parallel parts then use this context's threads.
@@ -159,30 +188,34 @@ impl From<View> for ViewRequest {
 }
 
 impl Projector {
-    /// Plans `scene` for `volume` and makes the context's engine ready. A scene of few energies gets those that suit
-    /// C-arm views of the volume; what rays of other views lie beyond takes longer, and is no less exact.
+    /// Plans `scene` for `volume` and makes the context's engine ready. A tolerance, or few energies, are planned by casting
+    /// some of the rays of the scene's expected views.
     pub fn new(context: &Context, volume: Arc<Volume>, scene: Scene) -> Result<Self> {
-        let few = matches!(scene.method.energies, Energies::Few { .. });
-        let reach = if few && context.backend != Backend::Reference {
-            context.install(|| Reach::of_c_arms(&scene, &volume))?
-        } else {
-            None
-        };
-        Self::with_reach(context, volume, scene, reach.as_ref())
+        let plan = planner::plan(context, &volume, &scene)?;
+        Self::planned(context, volume, scene, plan)
     }
 
-    /// As [`Projector::new`], for a caller who knows what rays will meet; without a reach all energies are summed.
-    pub fn with_reach(
-        context: &Context,
-        volume: Arc<Volume>,
-        scene: Scene,
-        reach: Option<&Reach>,
-    ) -> Result<Self> {
-        let quadrature = reach.map_or(Ok(None), |reach| reach.quadrature(&scene))?;
-        let plan = Plan::new(&scene, &volume, context.backend, quadrature)?;
+    /// As [`Projector::new`], for a caller who knows what rays will meet, of a scene without a tolerance.
+    pub fn with_reach(context: &Context, volume: Arc<Volume>, scene: Scene, reach: &Reach) -> Result<Self> {
+        let plan = Plan::new(&scene, &volume, context.backend, None)?;
+        let plan = match reach.quadrature(&scene)? {
+            None => plan,
+            few => Plan::new(&scene, &volume, context.backend, few)?,
+        };
+        Self::planned(context, volume, scene, plan)
+    }
+
+    /// The same plan for one ray per pixel of a detector of another size.
+    pub(crate) fn with_detector(&self, size: [usize; 2]) -> Result<Self> {
+        let scene = Scene { detector: size, supersampling: 1, ..self.scene.clone() };
+        let plan = Plan { detector: size, supersampling: 1, ..self.plan.clone() };
+        Self::planned(&self.context, self.volume.clone(), scene, plan)
+    }
+
+    pub(crate) fn planned(context: &Context, volume: Arc<Volume>, scene: Scene, plan: Plan) -> Result<Self> {
         let engine: Box<dyn Engine> = match context.backend {
             Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan)?),
-            Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, scene.method.algorithm)?),
+            Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, plan.method.algorithm)?),
             #[cfg(feature = "host")]
             Backend::Host => Box::new(context.install(|| Host::new(&volume, &scene, &plan))?),
             _ => context.install(|| context.device.engine(&volume, &scene, &plan))?,
@@ -250,6 +283,14 @@ impl Projector {
         let job = Job { views: &views, layers, progress: Progress::new(SILENT) };
         // SAFETY: the caller's promise is the same.
         unsafe { self.engine.encode(&job, queue, outputs) }
+    }
+
+    /// How wrong images of these views are; see [`Certificate`].
+    ///
+    /// # Errors
+    /// As [`Projector::project`]; `Unsupported` for a volume in a texture.
+    pub fn certify(&self, views: &[View]) -> Result<Certificate> {
+        Certificate::new(self, views)
     }
 
     /// What the engine's device measured so far; `None` for engines of the CPU, which the caller can time.

@@ -1,8 +1,10 @@
 //! What is to be simulated. Data only: a scene knows no engine.
 
 use crate::error::{Error, Result};
+use crate::geometry::View;
 use crate::method::{Algorithm, Method};
 use crate::physics::{MassAttenuation, SpectralModel, Spectrum};
+use crate::tolerance::Tolerance;
 
 /// Largest detector side, pixels.
 pub const MAX_DETECTOR: usize = 1 << 15;
@@ -28,8 +30,12 @@ pub struct Scene {
     pub spectrum: Spectrum,
     /// Mass attenuation coefficients; the material at index m has label m. On the spectrum's grid.
     pub materials: MassAttenuation,
-    /// How it is computed.
+    /// How it is computed, unless a tolerance is stated.
     pub method: Method,
+    /// The error that is allowed: the planner chooses the method. `None`: `method` is what runs.
+    pub tolerance: Option<Tolerance>,
+    /// The views on which methods are measured; none: C-arm views all around the volume that see all of it.
+    pub expected_views: Vec<View>,
     /// n×n rays per pixel, their intensities averaged; 1 is one ray through the pixel's centre.
     pub supersampling: usize,
     /// The label whose path length the `bone_path` layer measures; `None`: the layer cannot be asked for.
@@ -47,6 +53,8 @@ impl Scene {
             spectrum,
             materials,
             method: Algorithm::Joseph.into(),
+            tolerance: None,
+            expected_views: Vec::new(),
             supersampling: 1,
             bone: Some(3),
         };
@@ -68,11 +76,21 @@ impl Scene {
             ));
         }
         self.method.validate()?;
+        self.tolerance.map_or(Ok(()), Tolerance::validate)?;
+        for (v, view) in self.expected_views.iter().enumerate() {
+            view.validate().map_err(|error| error.of(&format!("scene.expected_views[{v}]")))?;
+        }
         let count = self.materials.names().len();
         if let Some(bone) = self.bone.filter(|&bone| usize::from(bone) >= count) {
             return Err(Error::invalid("scene.bone_material", bone, format!("0 … {}", count - 1)));
         }
         check_i0(self.spectral_model()?.i0()).map_err(|error| error.of("scene"))
+    }
+
+    /// The same scene, computed in another way.
+    #[must_use]
+    pub(crate) fn with_method(&self, method: Method) -> Self {
+        Self { method, tolerance: None, ..self.clone() }
     }
 
     /// What turns areal densities into a signal.

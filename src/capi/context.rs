@@ -9,6 +9,7 @@ use crate::capi::status::DrrStatus;
 use crate::capi::{memory, options};
 use crate::engine::{Backend, DeviceChoice};
 use crate::error::{Error, Result};
+use crate::planner::Costs;
 
 /// An engine: one of the DRR_BACKEND constants. Other values are refused.
 pub type DrrBackend = u32;
@@ -39,9 +40,12 @@ pub struct DrrContextOptions {
     pub metal_device: *mut c_void,
     /// Which of the GPUs that NVIDIA's driver lists; for engines of the CPU 0. Default 0.
     pub device_index: usize,
+    /// What methods cost on this machine, which a scene's tolerance_hu chooses by: the text that `drr tradeoff --write-timings`
+    /// writes. It is only read during drr_context_create. Default NULL: built-in rates.
+    pub timings: *const c_char,
 }
 
-// SAFETY: repr(C), no padding (asserted), starts with its size, integers and a raw pointer only.
+// SAFETY: repr(C), no padding (asserted), starts with its size, integers and raw pointers only.
 unsafe impl options::Options for DrrContextOptions {
     const SIZES: &'static [usize] = &[OPTIONS_SIZE];
     fn defaults() -> Self {
@@ -51,11 +55,12 @@ unsafe impl options::Options for DrrContextOptions {
             thread_count: 0,
             metal_device: std::ptr::null_mut(),
             device_index: 0,
+            timings: std::ptr::null(),
         }
     }
 }
 
-const OPTIONS_SIZE: usize = size_of::<[usize; 3]>() + 8;
+const OPTIONS_SIZE: usize = size_of::<[usize; 4]>() + 8;
 
 const _: () = assert!(size_of::<DrrContextOptions>() == OPTIONS_SIZE);
 
@@ -80,7 +85,7 @@ const ENGINES: [(DrrBackend, Backend); 4] = [
 ];
 
 /// # Safety
-/// `options.metal_device` is as its description says.
+/// `options.metal_device` and `options.timings` are as their descriptions say.
 unsafe fn create(options: &DrrContextOptions) -> Result<Context> {
     let threads = options.thread_count as usize;
     // SAFETY: the caller's promise is the same.
@@ -93,7 +98,13 @@ unsafe fn create(options: &DrrContextOptions) -> Result<Context> {
             return Err(Error::invalid("options.backend", options.backend, valid));
         }
     };
-    made.map_err(|error| error.called("threads", "thread_count").of("options"))
+    let made = made.map_err(|error| error.called("threads", "thread_count").of("options"))?;
+    if options.timings.is_null() {
+        return Ok(made);
+    }
+    // SAFETY: the caller's promise is the same.
+    let timings = unsafe { memory::read_text("options.timings", options.timings)? };
+    Costs::from_json(timings).map(|costs| made.with_costs(costs)).map_err(|error| error.of("options"))
 }
 
 /// Fills `*options` with the defaults and its size. Fails for NULL. Any thread.

@@ -22,6 +22,7 @@ mod memory;
 mod options;
 mod progress;
 
+pub mod certificate;
 pub mod context;
 pub mod encode;
 pub mod geometry;

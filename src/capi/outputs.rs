@@ -124,12 +124,18 @@ macro_rules! outputs {
 outputs!(DrrOutputs, f32);
 outputs!(DrrReferenceOutputs, f64);
 
+/// Checks the number of a call's views.
+pub(super) fn check_views(views: usize) -> Result<()> {
+    if (1..=DRR_MAX_VIEWS).contains(&views) {
+        return Ok(());
+    }
+    Err(Error::invalid("view_count", views, format!("1 … {DRR_MAX_VIEWS}")))
+}
+
 impl<T: Copy> Places<T> {
     /// Checks the places for `views` views and says which layers are wanted.
     pub(super) fn layers(&self, projector: &Projector, views: usize) -> Result<Layers> {
-        if !(1..=DRR_MAX_VIEWS).contains(&views) {
-            return Err(Error::invalid("view_count", views, format!("1 … {DRR_MAX_VIEWS}")));
-        }
+        check_views(views)?;
         let scene = projector.scene();
         let materials = scene.materials.names().len();
         // At most 2^16 views of 2^30 pixels and 8 materials: no overflow in 64 bits.

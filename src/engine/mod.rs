@@ -71,6 +71,11 @@ impl Backend {
         }
     }
 
+    /// Whether its work is done by a GPU.
+    pub(crate) fn has_device(self) -> bool {
+        matches!(self, Self::Cuda | Self::Metal)
+    }
+
     /// # Errors
     /// `Unsupported` when the volume is where this engine cannot read it.
     pub(crate) fn check_reads(self, volume: &Volume) -> Result<()> {

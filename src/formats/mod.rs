@@ -3,10 +3,13 @@
 //! Volumes come and go slice by slice, so that a file never needs more memory than one slice. Every output is written
 //! under a temporary name in the same folder and renamed when complete: a file that exists is a whole file.
 
+mod colour_picture;
 mod ct;
+mod error_map;
 mod exr;
 mod geometry;
 mod labels;
+mod mosaic;
 mod nifti;
 mod picture;
 mod png;
@@ -14,20 +17,24 @@ mod raw;
 mod replacement;
 mod slices;
 mod tables;
+mod text;
 
 use std::path::Path;
 
 use crate::error::Error;
 
+pub use colour_picture::{ColourPicture, Rgb};
 pub use ct::{CtHeader, CtReader, Slice, VoxelKind, open_ct};
+pub use error_map::{error_colour, error_map};
 pub use exr::{ExrImage, write_exr};
 pub use geometry::GeometryFile;
 pub use labels::{LabelReader, open_labels};
 pub use nifti::{NiftiCt, NiftiLabels, NiftiVoxel, NiftiWriter};
 pub use picture::{Picture, radiograph};
-pub use png::{write_png_gray8, write_png_gray16};
+pub use png::{write_png_gray8, write_png_gray16, write_png_rgb8};
 pub use raw::{RawCt, RawLabels, RawLayout, write_raw_f32, write_raw_f64};
 pub use tables::{Column, Table, read_detector, read_materials, read_spectrum};
+pub use text::write_text;
 
 /// A result whose error is the reason alone; the caller adds the path.
 type Checked<T> = std::result::Result<T, String>;

@@ -1,6 +1,7 @@
 //! Line integrals as a picture for people.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
+use crate::formats::mosaic;
 
 /// The window runs between these fractions of the pixels that hit anything: a few metal or grazing pixels must not
 /// decide what the rest looks like.
@@ -30,25 +31,9 @@ impl Picture {
 /// each, stand side by side with a thin gap and share one window. Pixels that hit nothing (p = 0) or are NaN are black;
 /// an infinite p is white.
 pub fn radiograph(views: &[&[f32]], width: usize, height: usize) -> Result<Picture> {
-    let pixels = width.saturating_mul(height);
-    if views.is_empty() || pixels == 0 {
-        let value = format!("{} views of {width} x {height}", views.len());
-        return Err(Error::invalid("views", value, "at least one view and one pixel"));
-    }
-    if let Some((i, view)) = views.iter().enumerate().find(|(_, view)| view.len() != pixels) {
-        return Err(Error::invalid(format!("views[{i}].len()"), view.len(), pixels.to_string()));
-    }
     let window = window(views);
-    let gap = (width / 100).max(2);
-    let total = views.len() * (width + gap) - gap;
-    let mut picture = Picture { width: total, height, pixels: vec![GAP; total * height] };
-    for (row, line) in picture.pixels.chunks_exact_mut(total).enumerate() {
-        for (part, view) in line.chunks_mut(width + gap).zip(views) {
-            let values = &view[row * width..(row + 1) * width];
-            part.iter_mut().zip(values).for_each(|(pixel, &p)| *pixel = brightness(p, window));
-        }
-    }
-    Ok(picture)
+    let (total, pixels) = mosaic::side_by_side(views, [width, height], GAP, |p| brightness(p, window))?;
+    Ok(Picture { width: total, height, pixels })
 }
 
 /// The p shown black and the p shown white; `None` when nothing is hit.

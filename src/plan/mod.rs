@@ -13,6 +13,7 @@ use crate::engine::Backend;
 use crate::error::{Error, Result};
 use crate::method::{Accumulation, Algorithm, Method, Storage};
 use crate::physics::{MassAttenuation, Quadrature};
+use crate::planner::Choice;
 use crate::scene::Scene;
 use crate::volume::{Volume, Voxels};
 
@@ -33,11 +34,14 @@ pub struct Plan {
     pub supersampling: usize,
     /// The materials that get an accumulator; the others cannot attenuate in this volume.
     pub materials: Vec<PlannedMaterial>,
-    /// Energy bins summed per ray.
+    /// Energy bins with weight.
     pub energy_bins: usize,
     /// The few energies that are summed instead, for the rays whose areal densities are within its limits.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub quadrature: Option<Quadrature>,
+    /// Why the method is what it is, where the scene states a tolerance.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub choice: Option<Choice>,
     /// Pixels that a GPU works on together, columns and rows, where one does. Changes the time and nothing else.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub block: Option<[usize; 2]>,
@@ -88,6 +92,7 @@ impl Plan {
             supersampling: scene.supersampling,
             energy_bins: scene.spectral_model()?.bins(),
             quadrature: quadrature.filter(|_| engine != Backend::Reference),
+            choice: None,
             block: Self::block(engine, volume),
             stages: Vec::new(),
             omissions: Vec::new(),
@@ -196,6 +201,9 @@ impl std::fmt::Display for Plan {
             Backend::Metal => "metal engine (float32 on an Apple GPU)",
         };
         writeln!(f, "{width}×{height} pixels from {n0}×{n1}×{n2} voxels on the {engine}")?;
+        if let Some(choice) = &self.choice {
+            writeln!(f, "{choice}")?;
+        }
         for stage in &self.stages {
             let when = if stage.on_request { "may" } else { "run" };
             writeln!(f, "  {when}   {:<14} {}", stage.name, stage.what)?;

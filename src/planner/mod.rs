@@ -1,5 +1,87 @@
-//! What is found out about a volume before its scene is planned.
+//! From a scene to its plan: where the scene states a tolerance, the cheapest method that is measured to keep it.
 
+mod cache;
+mod candidates;
+mod choice;
+mod costs;
+mod effort;
+mod expected;
 mod reach;
 
+pub(crate) use cache::Cache;
+pub use candidates::candidates;
+pub use choice::{Candidate, Choice, Verdict};
+pub use costs::{Costs, Rates, Timed};
+pub use effort::Effort;
 pub use reach::Reach;
+
+use std::sync::Arc;
+
+use crate::accuracy::{Sample, Truth};
+use crate::engine::Backend;
+use crate::error::Result;
+use crate::method::{Energies, Method};
+use crate::plan::Plan;
+use crate::projector::{Context, Projector};
+use crate::scene::Scene;
+use crate::tolerance::Tolerance;
+use crate::volume::Volume;
+
+/// Rays that candidates are judged by, about.
+const RAYS: usize = 1500;
+
+/// Decides which.
+const SEED: u64 = 1;
+
+/// The part of a tolerance that the sum over energies may use up.
+const ENERGIES_SHARE: f64 = 0.05;
+
+/// The plan of a scene on a context's engine; from the context's cache where the same has been planned before.
+///
+/// # Errors
+/// As [`Projector::new`](crate::Projector::new).
+pub(crate) fn plan(context: &Context, volume: &Arc<Volume>, scene: &Scene) -> Result<Plan> {
+    let engine = context.backend();
+    // What is wrong with scene, volume or engine is told before any ray is cast.
+    let plain = Plan::new(scene, volume, engine, None)?;
+    let few = scene.method.energies != Energies::All && engine != Backend::Reference;
+    if scene.tolerance.is_none() && !few {
+        return Ok(plain);
+    }
+    context.plans().get_or_make(volume, scene, || {
+        let sample = Sample::new(&expected::views(scene, volume), scene.detector, RAYS, SEED);
+        if let Some(tolerance) = scene.tolerance {
+            let truth = Truth::new(context, volume, scene, sample)?;
+            return cheapest(context, volume, scene, tolerance, &truth);
+        }
+        let reach = Reach::of_rays(context, volume, scene, &sample)?;
+        Plan::new(scene, volume, engine, reach.quadrature(scene)?)
+    })
+}
+
+/// The first candidate, by predicted time, that keeps the tolerance on the sample's rays with the stated confidence.
+fn cheapest(
+    context: &Context,
+    volume: &Arc<Volume>,
+    scene: &Scene,
+    tolerance: Tolerance,
+    truth: &Truth,
+) -> Result<Plan> {
+    let few = Energies::Few { hu: ENERGIES_SHARE * tolerance.hu };
+    let with = |method: Method| scene.with_method(method);
+    let quadrature = Reach::of(truth.exact()).quadrature(&with(Method { energies: few, ..scene.method }))?;
+    let energies = if quadrature.is_some() { few } else { Energies::All };
+    let cpu = context.on_cpu();
+    let mut choice = Choice::new(context, volume, scene, tolerance, energies, truth, quadrature.as_ref())?;
+    for candidate in &mut choice.candidates {
+        // Engines keep float32's bound against the same algorithm in float64, so that the CPU's speaks for all.
+        let scene = with(candidate.method);
+        let plan = Plan::new(&scene, volume, Backend::Cpu, quadrature.clone())?;
+        let projector = Projector::planned(&cpu, volume.clone(), scene, plan)?;
+        if candidate.judge(&truth.compare(&truth.cast(&projector)?), tolerance) {
+            break;
+        }
+    }
+    let plan = Plan::new(&with(choice.method()?), volume, context.backend(), quadrature)?;
+    Ok(Plan { choice: Some(choice), ..plan })
+}

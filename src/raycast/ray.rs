@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::geometry::Grid;
+
 /// The two axes across each driving axis, the faster one in memory first.
 pub(crate) const TRANSVERSE: [[usize; 2]; 3] = [[1, 2], [0, 2], [0, 1]];
 
@@ -79,6 +81,17 @@ impl Ray {
             point[transverse] = self.base[t] + self.slope[t] * (s - self.centre);
         }
         point
+    }
+
+    /// World distance, mm, from another ray near the centre of a volume on `grid`; infinite where the driving axes differ.
+    pub(crate) fn distance(&self, other: &Self, grid: &Grid) -> f64 {
+        if self.axis != other.axis {
+            return f64::INFINITY;
+        }
+        let [here, there, on] =
+            [self.point(self.centre), other.point(self.centre), self.point(self.centre + 1.0)]
+                .map(|point| grid.index_to_world().transform_point3(DVec3::from_array(point)));
+        (there - here).reject_from(on - here).length()
     }
 
     /// The part of the ray inside the box [−½, n−½) of a volume of these dimensions; `None` when it misses. A ray

@@ -69,11 +69,12 @@ impl Declared {
             "size_t" if self.name == "device_index" => &["huge"],
             "size_t" => &["zero", "huge"],
             "void *" if self.name == "metal_device" => &["not NULL"],
+            "const char *" => &["unknown", "not UTF-8"],
             "uint32_t" => &["huge"],
             "double" | "DrrFloat3" => &["NaN", "+Inf", "-Inf", "huge"],
             "DrrFloat4x4" => &["NaN", "+Inf", "-Inf", "singular", "nearly singular"],
             "const float *" | "DrrAddress" => &["misaligned", "negative", "NaN", "+Inf", "-Inf"],
-            "void *" | "float *" | "double *" => &["misaligned"],
+            "void *" | "float *" | "double *" | "const DrrDetectorPose *" => &["misaligned"],
             "DrrBackend" | "DrrCalibration" | "DrrThresholds" | "DrrEffects" | "DrrAlgorithm" => &["unknown"],
             other => panic!("a field of a type that this test does not know: {other} {}", self.name),
         }

@@ -67,7 +67,7 @@ impl Case {
         let reach = Reach { areal_density, line_integral };
         let context = Context::new(self.backend, 2).expect("threads start");
         let scene = scene(self.algorithm, Energies::Few { hu: HU });
-        Projector::with_reach(&context, self.volume.clone(), scene, Some(&reach)).expect("valid")
+        Projector::with_reach(&context, self.volume.clone(), scene, &reach).expect("valid")
     }
 
     /// The areal densities of a ray, as the engine returned them.

@@ -17,6 +17,9 @@ Examples:
   drr project --ct chest.raw --dims 512,512,300 --spacing 0.7,0.7,1 --angles -6,0,6 --raw --output out
   drr project --ct chest.nii.gz --engine reference --algorithm exact --size 90x90 --output truth
   drr plan --ct chest.nii.gz                              what would run, and why
+  drr tradeoff --ct chest.nii.gz                          what accuracy costs in time: a table, a chart, error maps
+  drr project --ct chest.nii.gz --tolerance-hu 2          the cheapest method that keeps an error
+  drr rounding                                            how rounding grows along a ray, and what it costs to stop it
   drr bench --json                                        how long each stage takes
   drr phantom thorax --noise --size 720,720,665 --output thorax.nii
   drr validate                                            the measured error against closed forms
@@ -42,6 +45,10 @@ pub(crate) enum Command {
     Project(crate::project::Arguments),
     /// Print what `project` would run with the same inputs, and why; what it may run depends on --layers.
     Plan(crate::plan::Arguments),
+    /// Measure what accuracy costs in time: every method, timed and held to exact integrals.
+    Tradeoff(crate::tradeoff::Arguments),
+    /// Measure how the rounding of sums grows with the length of a ray.
+    Rounding(crate::rounding::Arguments),
     /// Time every stage of a projection, with a pass over the memory for comparison.
     Bench(crate::bench::Arguments),
     /// Write a phantom with known line integrals as a NIfTI volume.

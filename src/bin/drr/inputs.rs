@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use anyhow::{Context as _, Result};
+use anyhow::Result;
 use clap::Args;
 use drr::geometry::View;
 use drr::volume::Volume;
@@ -31,13 +31,13 @@ pub(crate) struct Setup<'a> {
     inputs: &'a Inputs,
     pub(crate) physics: Physics,
     pub(crate) context: Context,
-    algorithm: drr::Algorithm,
+    pub(crate) method: drr::Method,
 }
 
 impl Inputs {
     pub(crate) fn setup(&self) -> Result<Setup<'_>> {
-        let (physics, algorithm) = (self.physics.physics()?, self.method.algorithm()?);
-        Ok(Setup { inputs: self, physics, context: self.method.context()?, algorithm })
+        let (physics, method) = (self.physics.physics()?, self.method.method()?);
+        Ok(Setup { inputs: self, physics, context: self.method.context()?, method })
     }
 }
 
@@ -52,17 +52,41 @@ impl Setup<'_> {
         self.inputs.views.views(volume.grid())
     }
 
-    /// A projector for detectors of that size.
-    pub(crate) fn projector(&self, volume: Arc<Volume>, size: [usize; 2]) -> Result<Projector> {
-        let scene = Scene {
-            detector: size,
+    /// The scene of some views.
+    pub(crate) fn scene(&self, views: &Views) -> Scene {
+        Scene {
+            detector: views.size,
             spectrum: self.physics.spectrum.clone(),
             materials: self.physics.materials.clone(),
-            method: self.algorithm.into(),
+            method: self.method,
+            tolerance: self.inputs.method.tolerance(),
+            expected_views: views.poses.iter().map(|&pose| View::Pose(pose)).collect(),
             supersampling: self.inputs.method.supersample,
             bone: self.physics.bone,
-        };
-        Projector::new(&self.context, volume, scene).context("--materials")
+        }
+    }
+
+    /// A projector for some views.
+    pub(crate) fn projector(&self, volume: Arc<Volume>, views: &Views) -> Result<Projector> {
+        self.projector_of(volume, self.scene(views))
+    }
+
+    /// What is projected, in words.
+    pub(crate) fn name(&self) -> String {
+        self.inputs.ct.name()
+    }
+
+    /// A projector of a scene.
+    pub(crate) fn projector_of(&self, volume: Arc<Volume>, scene: Scene) -> Result<Projector> {
+        Projector::new(&self.context, volume, scene).map_err(|error| {
+            let argument = match &error {
+                drr::Error::InvalidArgument { argument, .. } if argument == "scene.tolerance" => {
+                    "--tolerance-hu"
+                }
+                _ => "--materials",
+            };
+            anyhow::Error::new(error).context(argument)
+        })
     }
 }
 

@@ -1,14 +1,14 @@
 //! The command `drr`: X-ray projections of CT volumes. Every subcommand is a file; `drr --help` is the manual.
 #![allow(clippy::doc_markdown, reason = "comments on arguments are texts for a terminal, not Markdown")]
 
-mod accuracy;
 mod bench;
+mod certificate;
+mod charts;
 mod check;
 mod cli;
 mod console;
 mod ct;
 mod default_ct;
-mod effort;
 mod inputs;
 mod memory;
 mod method;
@@ -17,6 +17,9 @@ mod phantom;
 mod physics;
 mod plan;
 mod project;
+mod rounding;
+mod times;
+mod tradeoff;
 mod validate;
 mod value;
 mod views;
@@ -51,6 +54,8 @@ fn main() -> ExitCode {
         None => project::main_job(console),
         Some(Command::Project(arguments)) => project::run(&arguments, console),
         Some(Command::Plan(arguments)) => plan::run(&arguments, console),
+        Some(Command::Tradeoff(arguments)) => tradeoff::run(&arguments, console),
+        Some(Command::Rounding(arguments)) => rounding::run(&arguments, console),
         Some(Command::Bench(arguments)) => bench::run(&arguments, console),
         Some(Command::Phantom(arguments)) => phantom::run(&arguments, console),
         Some(Command::Validate(arguments)) => validate::run(&arguments, console),

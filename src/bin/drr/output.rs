@@ -6,7 +6,9 @@ use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use drr::Projector;
 use drr::engine::{Images, Layers};
-use drr::formats::{ExrImage, radiograph, write_exr, write_png_gray8, write_raw_f32, write_raw_f64};
+use drr::formats::{
+    ExrImage, radiograph, write_exr, write_png_gray8, write_raw_f32, write_raw_f64, write_text,
+};
 use glam::DVec3;
 
 use crate::inputs::Setup;
@@ -86,12 +88,7 @@ impl Output<'_> {
             }
         }
         self.write_picture(folder, images)?;
-        let plan = folder.join("plan.json");
-        // The plan is small: its new name appears with all of it.
-        let temporary = folder.join(".plan.json.part");
-        std::fs::write(&temporary, self.projector.plan().to_json() + "\n")
-            .and_then(|()| std::fs::rename(&temporary, &plan))
-            .with_context(|| plan.display().to_string())
+        Ok(write_text(&folder.join("plan.json"), &(self.projector.plan().to_json() + "\n"))?)
     }
 
     fn write_raw(&self, folder: &Path, view: usize) -> Result<()> {
@@ -134,15 +131,7 @@ impl Output<'_> {
         let [width, height] = images.size;
         let shown = images.views.min(PICTURED);
         let upright: Vec<Vec<f32>> = (0..shown)
-            .map(|view| {
-                let values = images.view(&images.line_integral, view);
-                let rows = values.chunks_exact(width);
-                if self.views.poses[view].row_step.z > 0.0 {
-                    rows.rev().flatten().copied().collect()
-                } else {
-                    values.to_vec()
-                }
-            })
+            .map(|view| self.views.upright(view, images.view(&images.line_integral, view), width))
             .collect();
         let picture = radiograph(&upright.iter().map(Vec::as_slice).collect::<Vec<_>>(), width, height)?;
         let path = folder.join("radiograph.png");

@@ -23,7 +23,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let setup = arguments.inputs.setup()?;
     let volume = Arc::new(setup.load(console)?.volume);
     let views = setup.views(&volume)?;
-    let projector = setup.projector(volume, views.size)?;
+    let projector = setup.projector(volume, &views)?;
     if arguments.json {
         Console::answer(projector.plan().to_json());
         return Ok(ExitCode::SUCCESS);

@@ -9,11 +9,12 @@ use std::time::Instant;
 use anyhow::{Result, bail};
 use clap::{Args, ValueEnum};
 use drr::engine::{Backend, Layers};
+use drr::geometry::View;
+use drr::planner::Effort;
 use drr::{Projector, ViewRequest};
 
-use crate::accuracy::Accuracy;
+use crate::certificate;
 use crate::console::Console;
-use crate::effort::Effort;
 use crate::inputs::Inputs;
 use crate::output::{LayerName, Output, Rendered, layers, prepare};
 use crate::value::{prefixed, seconds};
@@ -55,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let loading = (loaded.reading + loaded.classifying).as_secs_f64();
     let volume = Arc::new(loaded.volume);
     let views = setup.views(&volume)?;
-    let projector = setup.projector(volume, views.size)?;
+    let projector = setup.projector(volume, &views)?;
     prepare(&arguments.output)?;
     console.say(format_args!("{}: {}", arguments.inputs.ct.name(), projector.plan().to_string().trim_end()));
 
@@ -65,7 +66,9 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let start = Instant::now();
     let rendered = render(&projector, setup.context.backend(), &requests, wanted, console)?;
     let projecting = start.elapsed().as_secs_f64();
-    let effort = Effort::of(&projector, &requests)?;
+    let poses: Vec<View> = requests.iter().map(|request| request.view).collect();
+    let effort = Effort::new(&poses, projector.volume().grid(), projector.scene())?;
+    let samples = effort.samples(projector.plan().method.algorithm);
     console.say(format_args!(
         "time    loaded in {}, {} view(s) projected in {} by {} on {} with {} thread(s): {}rays/s, {}samples/s",
         seconds(loading),
@@ -75,9 +78,9 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         setup.context.backend().name(),
         setup.context.threads(),
         prefixed(effort.rays / projecting),
-        prefixed(effort.samples / projecting),
+        prefixed(samples / projecting),
     ));
-    if effort.samples == 0.0 {
+    if samples == 0.0 {
         Console::warn("no ray meets the volume: are --origin, --sad, --sdd or --geometry as they should be?");
     }
     let mut layers = arguments.layers.clone();
@@ -92,7 +95,8 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let output = Output { setup: &setup, projector: &projector, views: &views, layers, rendered: &rendered };
     output.write(&arguments.output, arguments.raw)?;
     if !arguments.no_check && !console.is_quiet() {
-        console.say(Accuracy::measure(&setup, &projector, &views)?);
+        let certificate = projector.certify(&poses)?;
+        console.say(certificate::lines(&certificate, projector.plan().method.algorithm));
     }
     console.say(format_args!("wrote   {}", contents(&arguments.output, views.poses.len())));
     Ok(ExitCode::SUCCESS)

@@ -77,3 +77,14 @@ impl ViewArguments {
         Ok(Views { size: self.size, poses })
     }
 }
+
+impl Views {
+    /// The values of a view of `width` columns, turned so that the head is up.
+    pub(crate) fn upright(&self, view: usize, values: &[f32], width: usize) -> Vec<f32> {
+        if self.poses[view].row_step.z > 0.0 {
+            values.chunks_exact(width).rev().flatten().copied().collect()
+        } else {
+            values.to_vec()
+        }
+    }
+}

@@ -16,8 +16,8 @@ pub(super) trait Field<L: Lanes>: Sync {
 
 /// Codes looked up in a table. The codes of one scan are few, so the part of the table in use stays in cache.
 pub(super) struct ByCode<'a, L> {
-    codes: &'a [u16],
-    table: &'a [L; 1 << 16],
+    pub codes: &'a [u16],
+    pub table: &'a [L; 1 << 16],
 }
 
 impl<L: Lanes> Field<L> for ByCode<'_, L> {
@@ -33,7 +33,7 @@ impl<L: Lanes> Field<L> for ByCode<'_, L> {
 }
 
 /// Densities times the unit lane of the label.
-pub(super) struct ByDensity<'a, L> {
+struct ByDensity<'a, L> {
     density: &'a [f32],
     label: &'a [u8],
     unit: &'a [L; MAX_MATERIALS],
@@ -51,34 +51,21 @@ impl<L: Lanes> Field<L> for ByDensity<'_, L> {
     }
 }
 
-/// Labels alone.
-pub(super) struct ByLabel<'a, L> {
-    label: &'a [u8],
-    unit: &'a [L; MAX_MATERIALS],
-}
-
-impl<L: Lanes> Field<L> for ByLabel<'_, L> {
-    #[inline(always)]
-    fn at(&self, index: u32) -> L {
-        self.unit[usize::from(self.label[index as usize])]
-    }
-
-    #[inline(always)]
-    fn touch(&self, index: u32) -> u32 {
-        u32::from(self.label[index as usize])
-    }
-}
-
 /// What each voxel of a volume contributes to each lane.
 pub(super) enum Table<L> {
     Code(Box<[L; 1 << 16]>),
     Density([L; MAX_MATERIALS]),
-    Label([L; MAX_MATERIALS]),
 }
 
 /// Something to be done with a field, whatever its storage.
 pub(super) trait WithField<L: Lanes> {
     fn run<F: Field<L>>(&mut self, field: &F);
+}
+
+/// What a field can be made of, given the volume.
+pub(super) trait Readable<L: Lanes> {
+    /// Runs `work` on the volume that `self` was made for.
+    fn read(&self, volume: &Volume, work: &mut impl WithField<L>);
 }
 
 impl<L: Lanes> Table<L> {
@@ -91,36 +78,28 @@ impl<L: Lanes> Table<L> {
             Voxels::Texture { .. } => unreachable!("the plan refuses it"),
         }
     }
+}
 
-    /// 1 in lane 0 for voxels of one label, 0 for all others.
-    pub(super) fn indicator(volume: &Volume, label: u8) -> Result<Self> {
-        let lanes = |voxel: Voxel| L::single((voxel.label == label).then_some(0), 1.0);
-        match volume.voxels() {
-            Voxels::Coded { table, .. } => Ok(Self::Code(per_code(table, lanes)?)),
-            Voxels::Dense { .. } => Ok(Self::Label(per_label(lanes))),
-            Voxels::Texture { .. } => unreachable!("the plan refuses it"),
-        }
-    }
-
-    /// Runs `work` on the volume that this table was made for.
-    pub(super) fn read(&self, volume: &Volume, work: &mut impl WithField<L>) {
+impl<L: Lanes> Readable<L> for Table<L> {
+    fn read(&self, volume: &Volume, work: &mut impl WithField<L>) {
         match (self, volume.voxels()) {
             (Self::Code(table), Voxels::Coded { codes, .. }) => work.run(&ByCode { codes, table }),
             (Self::Density(unit), Voxels::Dense { density, label }) => {
                 work.run(&ByDensity { density, label, unit });
             }
-            (Self::Label(unit), Voxels::Dense { label, .. }) => work.run(&ByLabel { label, unit }),
             _ => unreachable!("a table is only used with the volume it was made for"),
         }
     }
 }
 
-fn per_code<L: Lanes>(table: &[Voxel], lanes: impl Fn(Voxel) -> L) -> Result<Box<[L; 1 << 16]>> {
+/// A value for each 16-bit code.
+pub(super) fn per_code<L: Lanes>(table: &[Voxel], lanes: impl Fn(Voxel) -> L) -> Result<Box<[L; 1 << 16]>> {
     let lanes = collected(table.iter().map(|&voxel| lanes(voxel)), "the table of densities")?;
     let table = lanes.into_boxed_slice().try_into();
     Ok(table.unwrap_or_else(|_| unreachable!("there is one entry per 16-bit code")))
 }
 
-fn per_label<L: Lanes>(lanes: impl Fn(Voxel) -> L) -> [L; MAX_MATERIALS] {
+/// A value for each label, at a density of 1 g/cm³.
+pub(super) fn per_label<L: Lanes>(lanes: impl Fn(Voxel) -> L) -> [L; MAX_MATERIALS] {
     std::array::from_fn(|label| lanes(Voxel { density: 1.0, label: label as u8 }))
 }

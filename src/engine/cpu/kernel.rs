@@ -3,11 +3,13 @@
 use crate::engine::cpu::field::Field;
 use crate::engine::cpu::lanes::{Lanes, lerp};
 use crate::engine::cpu::path::{Limits, Path, Position, cell, limit, nearest};
+use crate::engine::cpu::sum::Sum;
 
-/// Cells that are summed in float32 before the sum goes to float64: error stops growing with the ray's length.
+/// Cells that the rays of a tile walk through before they wait for each other. Where sums are blocked, these go to float64:
+/// error stops growing with the ray's length.
 pub(super) const BLOCK: u32 = 64;
 
-/// Cells whose positions are computed side by side, and which are summed on their own.
+/// Cells whose positions are computed side by side.
 const WIDTH: usize = 8;
 
 /// An algorithm. Cells are those of [`Path`].
@@ -18,23 +20,28 @@ pub(super) trait Kernel: Sync {
     /// The integral over a whole cell; without `LIMIT`, one of the path's inner cells.
     fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L;
 
-    /// The integral over `WIDTH` inner cells.
+    /// Adds the integral over `WIDTH` inner cells.
     #[inline(always)]
-    fn run<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, first: u32) -> L {
-        (first..first + WIDTH as u32)
-            .fold(L::ZERO, |sum, cell| sum + self.whole::<false, L, F>(field, path, cell))
+    fn run<L: Lanes, F: Field<L>, S: Sum<L>>(&self, field: &F, path: &Path, first: u32, sum: S) -> S {
+        let cells = first..first + WIDTH as u32;
+        sum.plus_all(cells.map(|cell| self.whole::<false, L, F>(field, path, cell)))
     }
 
-    /// The integral over some of the path's inner cells.
+    /// Adds the integral over some of the path's inner cells.
     #[inline(always)]
-    fn inner<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cells: std::ops::Range<u32>) -> L {
-        let mut sum = L::ZERO;
+    fn inner<L: Lanes, F: Field<L>, S: Sum<L>>(
+        &self,
+        field: &F,
+        path: &Path,
+        cells: std::ops::Range<u32>,
+        mut sum: S,
+    ) -> S {
         let mut first = cells.start;
         while first + WIDTH as u32 <= cells.end {
-            sum = sum + self.run::<L, F>(field, path, first);
+            sum = self.run(field, path, first, sum);
             first += WIDTH as u32;
         }
-        (first..cells.end).fold(sum, |sum, cell| sum + self.whole::<false, L, F>(field, path, cell))
+        (first..cells.end).fold(sum, |sum, cell| sum.plus(self.whole::<false, L, F>(field, path, cell)))
     }
 
     /// Number of blocks that hold the path's cells, and the first of them.
@@ -42,18 +49,17 @@ pub(super) trait Kernel: Sync {
         path.cells[0] / BLOCK..=path.cells[1] / BLOCK
     }
 
-    /// The integral over the cells of one block.
+    /// Adds the integral over the cells of one block.
     #[inline(always)]
-    fn block<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, block: u32) -> L {
+    fn block<L: Lanes, F: Field<L>, S: Sum<L>>(&self, field: &F, path: &Path, block: u32, mut sum: S) -> S {
         let [first, last] = path.cells;
         let mut begin = first.max(block * BLOCK);
         let mut end = (last + 1).min((block + 1) * BLOCK);
-        let mut sum = L::ZERO;
         if begin >= end {
             return sum;
         }
         if begin == first {
-            sum = self.part(field, path, first, path.enter, path.lengths[0]);
+            sum = sum.plus(self.part(field, path, first, path.enter, path.lengths[0]));
             begin += 1;
         }
         let leaves_here = end == last + 1 && last > first;
@@ -62,14 +68,14 @@ pub(super) trait Kernel: Sync {
         }
         let inner = path.inner.map(|cell| cell.clamp(begin, end.max(begin)));
         for cell in begin..inner[0] {
-            sum = sum + self.whole::<true, L, F>(field, path, cell);
+            sum = sum.plus(self.whole::<true, L, F>(field, path, cell));
         }
-        sum = sum + self.inner(field, path, inner[0]..inner[1]);
+        sum = self.inner(field, path, inner[0]..inner[1], sum);
         for cell in inner[1]..end {
-            sum = sum + self.whole::<true, L, F>(field, path, cell);
+            sum = sum.plus(self.whole::<true, L, F>(field, path, cell));
         }
         if leaves_here {
-            sum = sum + self.part(field, path, last, 0.0, path.lengths[1]);
+            sum = sum.plus(self.part(field, path, last, 0.0, path.lengths[1]));
         }
         sum
     }
@@ -103,13 +109,13 @@ impl Kernel for Joseph {
 
     /// All positions first: the compiler makes vectors of them.
     #[inline(always)]
-    fn run<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, first: u32) -> L {
+    fn run<L: Lanes, F: Field<L>, S: Sum<L>>(&self, field: &F, path: &Path, first: u32, sum: S) -> S {
         let (mut corner, mut fu, mut fv) = ([0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);
         let t = path.cells_to(first);
         for i in 0..WIDTH {
             (corner[i], fu[i], fv[i]) = Self::position::<false>(path, t + i as i32);
         }
-        (0..WIDTH).fold(L::ZERO, |sum, i| sum + bilinear(field, path, corner[i], fu[i], fv[i]))
+        sum.plus_all((0..WIDTH).map(|i| bilinear(field, path, corner[i], fu[i], fv[i])))
     }
 }
 

@@ -2,10 +2,12 @@
 
 mod bins;
 mod field;
+mod indicator;
 mod kernel;
 mod lanes;
 mod path;
 mod signal;
+mod sum;
 mod tile;
 mod window;
 
@@ -18,17 +20,19 @@ use crate::allocation::filled;
 use crate::engine::images::PixelValue;
 use crate::engine::{Engine, Images, Job, Layers, ViewJob};
 use crate::error::Result;
-use crate::method::Algorithm;
+use crate::method::{Accumulation, Algorithm};
 use crate::physics::MAX_MATERIALS;
 use crate::plan::Plan;
 use crate::raycast::Ray;
 use crate::scene::Scene;
 use crate::volume::Volume;
 use field::Table;
+use indicator::Indicator;
 use kernel::{Joseph, March, Siddon};
-use lanes::Eight;
+use lanes::{Eight, Lanes};
 use path::Path;
 use signal::Signal;
+use sum::{Blocked, Compensated, Naive, Sum};
 use tile::Tile;
 
 /// Rays of a tile, which walk together: rows × columns. Their voxels of one block fit the second-level cache.
@@ -42,13 +46,14 @@ const OPAQUE: f64 = 15.000_1;
 pub struct Cpu {
     volume: Arc<Volume>,
     algorithm: Algorithm,
+    accumulation: Accumulation,
     supersampling: usize,
     size: [usize; 2],
     materials: usize,
     accumulators: Accumulators,
     /// Label of each accumulator.
     labels: Vec<u8>,
-    bone: Option<Table<f32>>,
+    bone: Option<Indicator>,
     signal: Signal,
 }
 
@@ -75,10 +80,11 @@ impl Cpu {
         let bone = scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled);
         Ok(Self {
             algorithm: plan.method.algorithm,
+            accumulation: plan.method.accumulation,
             supersampling: scene.supersampling,
             size: scene.detector,
             materials: scene.materials.names().len(),
-            bone: bone.map(|bone| Table::indicator(&volume, bone)).transpose()?,
+            bone: bone.map(|bone| Indicator::new(&volume, bone)).transpose()?,
             signal: Signal::new(Arc::new(scene.spectral_model()?), plan.quadrature.as_ref()),
             accumulators,
             labels,
@@ -163,26 +169,41 @@ impl Cpu {
         lanes.iter().map(by_label).collect()
     }
 
-    fn integrate<L: lanes::Lanes>(
+    fn integrate<L: Lanes>(
         &self,
         table: &Table<L>,
         rays: &[Ray],
         opaque: &dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
     ) -> Vec<[f64; MAX_MATERIALS]> {
+        match self.accumulation {
+            Accumulation::Naive => self.integrate_by::<Naive<L>, L>(table, rays, opaque),
+            Accumulation::Blocked => self.integrate_by::<Blocked<L>, L>(table, rays, opaque),
+            Accumulation::Compensated => self.integrate_by::<Compensated<L>, L>(table, rays, opaque),
+        }
+    }
+
+    fn integrate_by<S: Sum<L>, L: Lanes>(
+        &self,
+        table: &Table<L>,
+        rays: &[Ray],
+        opaque: &dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
+    ) -> Vec<[f64; MAX_MATERIALS]> {
+        let tile = |step| Tile::new(rays, &self.volume, step);
         match self.algorithm {
-            Algorithm::March { step } => Tile::new(rays, &self.volume, step).integrate(&March, table, opaque),
-            Algorithm::Siddon => Tile::new(rays, &self.volume, 1.0).integrate(&Siddon, table, opaque),
-            Algorithm::Joseph => Tile::new(rays, &self.volume, 1.0).integrate(&Joseph, table, opaque),
+            Algorithm::March { step } => tile(step).integrate::<S, L>(&March, table, opaque),
+            Algorithm::Siddon => tile(1.0).integrate::<S, L>(&Siddon, table, opaque),
+            Algorithm::Joseph => tile(1.0).integrate::<S, L>(&Joseph, table, opaque),
             Algorithm::Exact => unreachable!("the plan refuses it"),
         }
     }
 
     /// Length through bone of each ray, mm.
     fn bone_paths(&self, rays: &[Ray]) -> Vec<f64> {
-        let Some(table) = &self.bone else {
+        let Some(indicator) = &self.bone else {
             return Vec::new();
         };
-        let cm = Tile::new(rays, &self.volume, 1.0).integrate(&Siddon, table, &|_| false);
+        let tile = Tile::new(rays, &self.volume, 1.0);
+        let cm = tile.integrate::<Blocked<f32>, f32>(&Siddon, indicator, &|_| false);
         cm.iter().map(|lanes| 10.0 * lanes[0]).collect()
     }
 }

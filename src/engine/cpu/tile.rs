@@ -1,9 +1,10 @@
 //! Some neighbouring rays, walking through the volume together, block of slices by block of slices.
 
 use crate::engine::cpu::Path;
-use crate::engine::cpu::field::{Field, Table, WithField};
+use crate::engine::cpu::field::{Field, Readable, WithField};
 use crate::engine::cpu::kernel::{BLOCK, Kernel};
 use crate::engine::cpu::lanes::Lanes;
+use crate::engine::cpu::sum::Sum;
 use crate::engine::cpu::window::Window;
 use crate::physics::MAX_MATERIALS;
 use crate::raycast::Ray;
@@ -19,12 +20,14 @@ pub(super) struct Tile<'a> {
     step: f64,
 }
 
-struct March<'a, K, L> {
+struct March<'a, K, S> {
     kernel: &'a K,
     tile: &'a Tile<'a>,
     opaque: &'a dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
-    sums: Vec<[f64; MAX_MATERIALS]>,
-    lanes: std::marker::PhantomData<L>,
+    /// Of each ray.
+    sums: Vec<S>,
+    /// Of each ray, up to the end of its last block.
+    integrals: Vec<[f64; MAX_MATERIALS]>,
 }
 
 impl<'a> Tile<'a> {
@@ -39,21 +42,22 @@ impl<'a> Tile<'a> {
         Self { volume, rays: rays.len(), paths, step }
     }
 
-    /// ∫ dl of each ray in cm times the field's unit, lane by lane. A ray stops once `opaque` says so.
-    pub(super) fn integrate<K: Kernel, L: Lanes>(
+    /// ∫ dl of each ray in cm times the field's unit, lane by lane, summed by `S`. A ray stops once `opaque` says so.
+    pub(super) fn integrate<S: Sum<L>, L: Lanes>(
         &self,
-        kernel: &K,
-        table: &Table<L>,
+        kernel: &impl Kernel,
+        voxels: &impl Readable<L>,
         opaque: &dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
     ) -> Vec<[f64; MAX_MATERIALS]> {
-        let sums = vec![[0.0; MAX_MATERIALS]; self.rays];
-        let mut march = March { kernel, tile: self, opaque, sums, lanes: std::marker::PhantomData::<L> };
-        table.read(self.volume, &mut march);
-        march.sums
+        let sums = vec![S::ZERO; self.rays];
+        let integrals = vec![[0.0; MAX_MATERIALS]; self.rays];
+        let mut march = March { kernel, tile: self, opaque, sums, integrals };
+        voxels.read(self.volume, &mut march);
+        march.integrals
     }
 }
 
-impl<K: Kernel, L: Lanes> WithField<L> for March<'_, K, L> {
+impl<K: Kernel, L: Lanes, S: Sum<L>> WithField<L> for March<'_, K, S> {
     fn run<F: Field<L>>(&mut self, field: &F) {
         let dimensions = self.tile.volume.grid().dimensions();
         for paths in self.tile.paths.chunk_by(|(_, a), (_, b)| a.axis() == b.axis()) {
@@ -65,12 +69,12 @@ impl<K: Kernel, L: Lanes> WithField<L> for March<'_, K, L> {
                     window.touch(field, dimensions, paths.len() * BLOCK as usize);
                 }
                 for (k, path) in paths {
-                    if !K::blocks(path).contains(&block) || (self.opaque)(&self.sums[*k]) {
+                    let integral = &mut self.integrals[*k];
+                    if !K::blocks(path).contains(&block) || (self.opaque)(integral) {
                         continue;
                     }
-                    let mut lanes = [0.0; MAX_MATERIALS];
-                    self.kernel.block::<L, F>(field, path, block).add_to(&mut lanes);
-                    self.sums[*k].iter_mut().zip(lanes).for_each(|(sum, x)| *sum += x * path.cm_per_cell);
+                    let sum = self.kernel.block::<L, F, S>(field, path, block, self.sums[*k]);
+                    self.sums[*k] = sum.carried(path.cm_per_cell, integral);
                 }
             }
         }

@@ -34,6 +34,7 @@ fn context(backend: u32) -> *mut DrrContext {
         thread_count: 0,
         metal_device: std::ptr::null_mut(),
         device_index: 0,
+        timings: std::ptr::null(),
     };
     // SAFETY: places for the structs and the handle are there.
     unsafe {

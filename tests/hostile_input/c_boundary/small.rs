@@ -87,6 +87,7 @@ pub(super) fn context(input: &mut Input<'_>) {
         thread_count: if threads > 1024 { threads } else { threads.clamp(1, MOST_THREADS) },
         metal_device: std::ptr::null_mut(),
         device_index: 0,
+        timings: std::ptr::null(),
     };
     let how = How::of(input);
     options.device_index = input.count(0, 0..4);

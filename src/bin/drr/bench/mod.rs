@@ -11,6 +11,8 @@ use std::time::Instant;
 use anyhow::Result;
 use clap::Args;
 use drr::engine::{Layers, SILENT};
+use drr::geometry::View;
+use drr::planner::Effort;
 use drr::volume::{Volume, Voxels};
 use rayon::prelude::*;
 use serde_json::json;
@@ -19,7 +21,6 @@ use crate::bench::gpu::Gpu;
 use crate::bench::times::Times;
 use crate::bench::variants::Variants;
 use crate::console::Console;
-use crate::effort::Effort;
 use crate::inputs::{Inputs, Setup};
 use crate::memory;
 use crate::value::prefixed;
@@ -52,10 +53,10 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let requests = views.requests();
 
     let mut create = Times::new("projector creation");
-    let mut projector = setup.projector(volume.clone(), views.size)?;
+    let mut projector = setup.projector(volume.clone(), &views)?;
     for _ in 0..runs {
         let start = Instant::now();
-        projector = setup.projector(volume.clone(), views.size)?;
+        projector = setup.projector(volume.clone(), &views)?;
         create.all.push(start.elapsed().as_secs_f64());
     }
     let layers = Layers { intensity: true, line_integral: true, ..Layers::default() };
@@ -86,7 +87,9 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         gpu.variants = Some(Variants::measure(&setup, &projector, &requests)?);
     }
 
-    let effort = Effort::of(&projector, &requests)?;
+    let poses: Vec<View> = requests.iter().map(|request| request.view).collect();
+    let effort = Effort::new(&poses, volume.grid(), projector.scene())?;
+    let samples = effort.samples(projector.plan().method.algorithm);
     let mut stages = vec![&load, &classify, &create, &project];
     stages.extend(gpu.is_none().then_some(&read));
     let median = project.median();
@@ -109,9 +112,9 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
             "supersampling": projector.scene().supersampling,
             "stages": stages,
             "rays_per_second": effort.rays / median,
-            "samples_per_second": effort.samples / median,
+            "samples_per_second": samples / median,
             "ratio_to_read_pass": ratio,
-            "gpu": gpu.map(|gpu| gpu.to_json(&setup.context, effort.samples)),
+            "gpu": gpu.map(|gpu| gpu.to_json(&setup.context, samples)),
         });
         Console::answer(report);
         return Ok(ExitCode::SUCCESS);
@@ -127,11 +130,11 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     console.say(format_args!(
         "  throughput           {}rays/s, {}samples/s{}",
         prefixed(effort.rays / median),
-        prefixed(effort.samples / median),
+        prefixed(samples / median),
         ratio.map_or(String::new(), |ratio| format!("; {ratio:.1} times the read pass")),
     ));
     if let Some(gpu) = &gpu {
-        gpu.say(&setup.context, effort.samples, console);
+        gpu.say(&setup.context, samples, console);
     }
     let bytes = |n: f64| format!("{}B", prefixed(n));
     let peak = memory::peak_bytes().map_or("unknown".into(), |n| bytes(n as f64));

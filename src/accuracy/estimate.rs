@@ -1,0 +1,86 @@
+//! A root mean square of all rays, estimated from some of them.
+
+use serde::Serialize;
+
+/// With what confidence the root mean square over all rays is below [`Estimate::rms_high`].
+pub const CONFIDENCE: f64 = 0.99;
+
+/// Student's t for that confidence, one-sided, by degrees of freedom from 1 on.
+const STUDENT: [f64; 7] = [31.821, 6.965, 4.541, 3.747, 3.365, 3.143, 2.998];
+
+/// The size of an error over some rays.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Estimate {
+    /// Root mean square over the rays that were looked at.
+    pub rms: f64,
+    /// What that of all rays is below, with [`CONFIDENCE`]; `rms` itself when all rays were looked at.
+    pub rms_high: f64,
+    /// Largest absolute value among the rays that were looked at.
+    pub max: f64,
+    /// Rays that were looked at.
+    pub rays: usize,
+}
+
+impl Estimate {
+    /// Of the errors in each replicate of a sample; `None` when there are none. One replicate is all that there is.
+    pub fn of<I: Iterator<Item = f64>>(replicates: impl Iterator<Item = I>) -> Option<Self> {
+        let (mut sums, mut max) = (Vec::new(), 0.0_f64);
+        for replicate in replicates {
+            let (mut squares, mut rays) = (0.0, 0_usize);
+            for error in replicate {
+                squares += error * error;
+                max = max.max(error.abs());
+                rays += 1;
+            }
+            sums.push((squares, rays as f64));
+        }
+        let count = sums.len() as f64;
+        let rays: f64 = sums.iter().map(|(_, rays)| rays).sum();
+        if rays == 0.0 {
+            return None;
+        }
+        let mean_square = sums.iter().map(|(squares, _)| squares).sum::<f64>() / rays;
+        // Replicates have different numbers of rays: the variance of a ratio of means (Cochran, §6.4).
+        let off = |(squares, own): &(f64, f64)| (squares - mean_square * own) * count / rays;
+        let variance = sums.iter().map(|sum| off(sum).powi(2)).sum::<f64>() / (count * (count - 1.0));
+        let spread = match sums.len() {
+            1 => 0.0,
+            n => STUDENT[(n - 2).min(STUDENT.len() - 1)] * variance.sqrt(),
+        };
+        let rms_high = (mean_square + spread).sqrt();
+        Some(Self { rms: mean_square.sqrt(), rms_high, max, rays: rays as usize })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_rays_leave_nothing_to_estimate() {
+        let all = Estimate::of(std::iter::once([3.0, -4.0].into_iter())).expect("rays");
+        assert_eq!(all, Estimate { rms: 12.5_f64.sqrt(), rms_high: 12.5_f64.sqrt(), max: 4.0, rays: 2 });
+        assert_eq!(Estimate::of(std::iter::once([0.0; 0].into_iter())), None);
+    }
+
+    /// Skewed errors, as at edges: most are small, a few are twenty times as large.
+    #[test]
+    fn the_upper_end_is_exceeded_as_rarely_as_it_says() {
+        let mut state = 1_u64;
+        let mut uniform = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let mut error = || if uniform() < 0.05 { 20.0 * uniform() } else { uniform() };
+        let truth = (0.95 / 3.0 + 0.05 * 400.0 / 3.0_f64).sqrt();
+        let (mut exceeded, mut wide) = (0, 0.0);
+        for _ in 0..1000 {
+            let replicates: Vec<Vec<f64>> = (0..8).map(|_| (0..128).map(|_| error()).collect()).collect();
+            let estimate = Estimate::of(replicates.iter().map(|r| r.iter().copied())).expect("rays");
+            exceeded += usize::from(estimate.rms_high < truth);
+            wide += estimate.rms_high / truth / 1000.0;
+        }
+        assert!(exceeded <= 30, "{exceeded} of 1000");
+        assert!(wide < 1.5, "{wide} times as wide as the truth");
+    }
+}

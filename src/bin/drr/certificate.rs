@@ -1,0 +1,30 @@
+//! What error to expect, in words.
+
+use drr::Algorithm;
+use drr::accuracy::{Certificate, Estimate};
+
+/// The lines that say how wrong images of some views are.
+pub(crate) fn lines(certificate: &Certificate, algorithm: Algorithm) -> String {
+    let Certificate { rays, floor, confidence, total, rounding } = certificate;
+    let row = |what: String, estimate: Option<Estimate>, unit: &str| {
+        let numbers = estimate.map_or("no ray above the floor".into(), |e| {
+            let [rms, high, max] = [e.rms, e.rms_high, e.max].map(short);
+            format!("RMSE {rms} {unit}, of all rays below {high}, max {max}")
+        });
+        format!("        {what:<49} {numbers}")
+    };
+    [
+        format!("error   of the line integral p, measured on {rays} rays of this scene in float64;"),
+        format!("        HU-equivalent = 1000 (p - p_ref)/p_ref over rays with p_ref > {floor:.3}; bounds of all rays"),
+        format!("        with {:.0} % confidence:", 100.0 * confidence),
+        row(format!("rounding, against {algorithm} in float64"), *rounding, "HU"),
+        row("in all, against the exact integral of the voxels".into(), total.hu, "HU"),
+        row("displacement of edges that would explain it".into(), total.mm, "mm"),
+    ]
+    .join("\n")
+}
+
+/// Three digits, with an exponent where zeros would hide them.
+pub(crate) fn short(value: f64) -> String {
+    if value != 0.0 && value < 0.01 { format!("{value:.2e}") } else { format!("{value:.3}") }
+}

@@ -1,0 +1,140 @@
+//! What a planner chose, what it rejected, and why.
+
+use serde::Serialize;
+
+use crate::accuracy::{CONFIDENCE, Estimate, Measurement, Truth};
+use crate::error::{Error, Result};
+use crate::method::{Energies, Method};
+use crate::physics::Quadrature;
+use crate::planner::candidates::candidates;
+use crate::planner::{Effort, expected};
+use crate::projector::Context;
+use crate::scene::Scene;
+use crate::tolerance::Tolerance;
+use crate::volume::Volume;
+
+/// How a method fared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The cheapest that keeps the tolerance.
+    Chosen,
+    /// Cheaper, but its error is too large.
+    MissesTolerance,
+    /// Dearer than the chosen one, and not measured.
+    Dearer,
+}
+
+/// A method that was considered.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Candidate {
+    /// The method.
+    pub method: Method,
+    /// Predicted time of all expected views, s.
+    pub seconds: f64,
+    /// Its error, HU-equivalents; `None` when it was not measured, or no ray is above the floor.
+    pub hu: Option<Estimate>,
+    /// The displacement of edges that would explain it, mm.
+    pub mm: Option<Estimate>,
+    /// How it fared.
+    pub verdict: Verdict,
+}
+
+/// A planner's choice, with its reasons.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Choice {
+    /// What was asked for.
+    pub tolerance: Tolerance,
+    /// With what confidence the chosen method keeps it over all rays of the expected views.
+    pub confidence: f64,
+    /// Rays that the methods were measured on.
+    pub rays: usize,
+    /// The p above which errors count.
+    pub floor: f64,
+    /// Where the predicted times come from.
+    pub costs: String,
+    /// Everything that was considered, cheapest first.
+    pub candidates: Vec<Candidate>,
+}
+
+impl Choice {
+    /// All candidates, cheapest first, none measured.
+    pub(super) fn new(
+        context: &Context,
+        volume: &Volume,
+        scene: &Scene,
+        tolerance: Tolerance,
+        energies: Energies,
+        truth: &Truth,
+        quadrature: Option<&Quadrature>,
+    ) -> Result<Self> {
+        let effort = Effort::new(&expected::views(scene, volume), volume.grid(), scene)?;
+        let summed = quadrature.map_or(scene.spectral_model()?.bins(), |few| few.nodes().len());
+        let costs = context.costs();
+        let candidate = |method: Method| {
+            let seconds = costs.seconds(context, method, &effort, summed);
+            Candidate { method, seconds, hu: None, mm: None, verdict: Verdict::Dearer }
+        };
+        let mut candidates: Vec<_> =
+            candidates(context.backend(), energies).into_iter().map(candidate).collect();
+        candidates.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        let rays = truth.sample().rays();
+        let (floor, costs) = (truth.floor(), costs.name().to_owned());
+        Ok(Self { tolerance, confidence: CONFIDENCE, rays, floor, costs, candidates })
+    }
+
+    /// The chosen candidate.
+    pub fn chosen(&self) -> Option<&Candidate> {
+        self.candidates.iter().find(|candidate| candidate.verdict == Verdict::Chosen)
+    }
+
+    /// # Errors
+    /// `InvalidArgument` when no candidate keeps the tolerance.
+    pub(super) fn method(&self) -> Result<Method> {
+        self.chosen().map(|candidate| candidate.method).ok_or_else(|| {
+            let errors = |error: fn(&Candidate) -> Option<Estimate>| {
+                self.candidates.iter().filter_map(error).map(|e| e.rms_high).fold(f64::INFINITY, f64::min)
+            };
+            let valid = format!(
+                "at least {:.2e} HU and {:.2e} mm, which the engine's methods reach in this scene",
+                errors(|c| c.hu),
+                errors(|c| c.mm)
+            );
+            Error::invalid("scene.tolerance", self.tolerance, valid)
+        })
+    }
+}
+
+impl Candidate {
+    /// Notes a measurement. Whether it keeps the tolerance.
+    pub(super) fn judge(&mut self, measured: &Measurement, tolerance: Tolerance) -> bool {
+        (self.hu, self.mm) = (measured.hu, measured.mm);
+        let within = |error: Option<Estimate>, most: f64| error.is_none_or(|error| error.rms_high <= most);
+        let keeps = within(self.hu, tolerance.hu) && within(self.mm, tolerance.mm);
+        self.verdict = if keeps { Verdict::Chosen } else { Verdict::MissesTolerance };
+        keeps
+    }
+}
+
+/// One line per method that was looked at.
+impl std::fmt::Display for Choice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { tolerance, confidence, rays, costs, .. } = self;
+        write!(
+            f,
+            "  tolerance {tolerance} RMSE, with {:.0} % confidence by {rays} rays; predicted times by {costs}:",
+            100.0 * confidence
+        )?;
+        for candidate in &self.candidates {
+            let Candidate { method, seconds, hu, verdict, .. } = candidate;
+            let verdict = match verdict {
+                Verdict::Chosen => "chosen",
+                Verdict::MissesTolerance => "misses it",
+                Verdict::Dearer => "dearer, not measured",
+            };
+            let error = hu.map_or(String::new(), |e| format!("{:.3} HU, below {:.3}; ", e.rms, e.rms_high));
+            write!(f, "\n        {:<24} {:>9.4} s  {error}{verdict}", method.algorithm.to_string(), seconds)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,151 @@
+//! What methods cost: rates fitted to measured times.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::Backend;
+use crate::error::{Error, Result};
+use crate::method::{Algorithm, Energies, Method};
+use crate::planner::Effort;
+use crate::projector::Context;
+
+/// What an engine's work takes, ns; on engines of the CPU of one thread.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rates {
+    /// Of one sample of the volume, by method in words.
+    pub sample_ns: BTreeMap<String, f64>,
+    /// Of one ray, whatever it meets.
+    pub ray_ns: f64,
+    /// Of one energy of one ray.
+    pub energy_ns: f64,
+}
+
+/// The rates of some engines on some machine.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Costs {
+    /// Where they were measured.
+    name: String,
+    engines: BTreeMap<String, Rates>,
+}
+
+/// One measured time.
+#[derive(Debug, Clone, Copy)]
+pub struct Timed<'a> {
+    /// What ran.
+    pub method: &'a Method,
+    /// Energies of the sum.
+    pub energies: usize,
+    /// Seconds, times the number of threads on engines of the CPU.
+    pub seconds: f64,
+}
+
+impl Rates {
+    /// Fits rates to the times of one scene: Joseph with all and with few energies tell what an energy costs; every method
+    /// has its own cost of a sample. What a ray costs is not told apart, and taken from `like`.
+    pub fn fitted(times: &[Timed<'_>], effort: &Effort, like: &Self) -> Self {
+        let joseph = |few: bool| {
+            times.iter().find(|t| {
+                *t.method == Method { energies: t.method.energies, ..Algorithm::Joseph.into() }
+                    && few == matches!(t.method.energies, Energies::Few { .. })
+            })
+        };
+        let energy_ns = match (joseph(false), joseph(true)) {
+            (Some(all), Some(few)) if all.energies > few.energies && all.seconds > few.seconds => {
+                1e9 * (all.seconds - few.seconds) / (effort.rays * (all.energies - few.energies) as f64)
+            }
+            _ => like.energy_ns,
+        };
+        let sample_ns = |time: &Timed<'_>| {
+            let of_rays = effort.rays * (like.ray_ns + energy_ns * time.energies as f64);
+            let left = (1e9 * time.seconds - of_rays).max(0.0);
+            (kind(*time.method), left / effort.samples(time.method.algorithm).max(1.0))
+        };
+        // The first of a kind counts: the others differ in their energies only.
+        let mut rates = Self { sample_ns: BTreeMap::new(), ray_ns: like.ray_ns, energy_ns };
+        for time in times {
+            let (kind, ns) = sample_ns(time);
+            rates.sample_ns.entry(kind).or_insert(ns);
+        }
+        rates
+    }
+
+    /// Predicted time, s, of one thread.
+    fn seconds(&self, method: Method, effort: &Effort, energies: usize) -> Option<f64> {
+        let sample_ns = self.sample_ns.get(&kind(method))?;
+        let of_rays = effort.rays * (self.ray_ns + self.energy_ns * energies as f64);
+        Some(1e-9 * (sample_ns * effort.samples(method.algorithm) + of_rays))
+    }
+}
+
+/// Methods of one kind take the same time per sample.
+fn kind(method: Method) -> String {
+    Method { energies: Energies::All, ..method }.to_string()
+}
+
+impl Default for Costs {
+    /// As measured by `drr tradeoff`: the CPU engines on two cores of an AMD EPYC at 2.6 GHz, `cuda` on an NVIDIA H100;
+    /// `metal` is the latter's, scaled by the estimate in `benches/README.md`, and has never been measured.
+    fn default() -> Self {
+        let built_in = serde_json::from_str(include_str!("costs.json"));
+        built_in.unwrap_or_else(|error| unreachable!("costs.json: {error}"))
+    }
+}
+
+impl Costs {
+    /// Rates of one engine.
+    pub fn new(name: impl Into<String>, engine: Backend, rates: Rates) -> Self {
+        Self { name: name.into(), engines: [(engine.name().to_owned(), rates)].into() }
+    }
+
+    /// Rates that [`Costs::to_json`] wrote.
+    ///
+    /// # Errors
+    /// `InvalidArgument` when the text is not that, or a rate is negative or not finite.
+    pub fn from_json(text: &str) -> Result<Self> {
+        let valid = "what drr tradeoff --write-timings writes";
+        let costs: Self =
+            serde_json::from_str(text).map_err(|error| Error::invalid("timings", error, valid))?;
+        for rates in costs.engines.values() {
+            let all = rates.sample_ns.values().chain([&rates.ray_ns, &rates.energy_ns]);
+            if let Some(bad) = all.into_iter().find(|rate| !(rate.is_finite() && **rate >= 0.0)) {
+                return Err(Error::invalid("timings", bad, "rates of at least 0 ns"));
+            }
+        }
+        Ok(costs)
+    }
+
+    /// As text.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).unwrap_or_else(|error| unreachable!("numbers and names: {error}"))
+    }
+
+    /// Where they were measured.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The rates of an engine, if they are known.
+    pub fn rates(&self, engine: Backend) -> Option<&Rates> {
+        self.engines.get(engine.name())
+    }
+
+    /// Predicted time of a method on the context's engine, s. What is not known is taken from the built-in rates, scaled by
+    /// how much faster or slower Joseph's rule is here.
+    pub fn seconds(&self, context: &Context, method: Method, effort: &Effort, energies: usize) -> f64 {
+        let engine = context.backend();
+        let own =
+            |method: Method| self.rates(engine).and_then(|rates| rates.seconds(method, effort, energies));
+        let built_in = || {
+            let costs = Self::default();
+            let rates = costs.rates(engine).or(costs.rates(Backend::Cpu));
+            let known = |method| rates.and_then(|rates| rates.seconds(method, effort, energies));
+            let joseph = Algorithm::Joseph.into();
+            let scale = own(joseph).zip(known(joseph)).map_or(1.0, |(own, known)| own / known);
+            known(method).or(known(joseph)).unwrap_or(f64::INFINITY) * scale
+        };
+        own(method).unwrap_or_else(built_in) / context.work_threads() as f64
+    }
+}
