@@ -214,7 +214,7 @@ impl Projector {
 
     pub(crate) fn planned(context: &Context, volume: Arc<Volume>, scene: Scene, plan: Plan) -> Result<Self> {
         let engine: Box<dyn Engine> = match context.backend {
-            Backend::Cpu => Box::new(Cpu::new(volume.clone(), &scene, &plan)?),
+            Backend::Cpu => Box::new(context.install(|| Cpu::new(volume.clone(), &scene, &plan))?),
             Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, plan.method.algorithm)?),
             #[cfg(feature = "host")]
             Backend::Host => Box::new(context.install(|| Host::new(&volume, &scene, &plan))?),

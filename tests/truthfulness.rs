@@ -25,7 +25,7 @@ const TOLERANCES: usize = 8;
 /// Smallest and largest tolerance, HU.
 const RANGE: [f64; 2] = [0.05, 20.0];
 /// Pixels a side: rays enough that the planner looks at a small part of them.
-const SIDE: usize = 80;
+const SIDE: usize = 160;
 
 /// The CT that the command carries, and those that developers have beside the project.
 const CTS: [&str; 3] = [

@@ -8,7 +8,7 @@ use crate::accuracy::{Estimate, Sample};
 use crate::engine::{Images, Layers, SILENT};
 use crate::error::Result;
 use crate::geometry::{Grid, View};
-use crate::method::Algorithm;
+use crate::method::{Algorithm, Method};
 use crate::projector::{Context, Projector, ViewRequest};
 use crate::raycast::Beam;
 use crate::scene::Scene;
@@ -24,10 +24,10 @@ const STEEP: f64 = 0.1;
 const LAYERS: Layers =
     Layers { intensity: true, line_integral: true, areal_density: false, bone_path: false };
 
-/// The exact integrals of the interpolated volume along the rays of a sample, with all energies, in float64.
+/// What is right for the rays of a sample, with all energies.
 pub struct Truth {
     sample: Sample,
-    exact: Images<f64>,
+    right: Images<f64>,
     i0: f64,
     floor: f64,
     /// |∇p| across the rays, per mm near the volume's centre; `None` where it is not steep.
@@ -51,19 +51,52 @@ pub struct Measurement {
 }
 
 impl Truth {
-    /// Casts the rays of `sample` through `volume`. Of the scene only the physics matters.
+    /// The exact integrals of the interpolated volume along the rays of `sample`, in float64. Of the scene only the
+    /// physics matters.
     ///
     /// # Errors
     /// As [`Projector::new`] and [`Projector::project`].
     pub fn new(context: &Context, volume: &Arc<Volume>, scene: &Scene, sample: Sample) -> Result<Self> {
+        let layers = Layers { areal_density: true, ..LAYERS };
+        let exact = |views: &[ViewRequest], joseph: &Projector| {
+            joseph.reference(Algorithm::Exact, views, layers, SILENT)
+        };
+        Self::of(context, volume, scene, sample, exact)
+    }
+
+    /// What a method of the engine `cpu` gives for many rays, in a small part of the time: right up to its own error.
+    ///
+    /// # Errors
+    /// As [`Truth::new`].
+    pub(crate) fn of_method(
+        context: &Context,
+        volume: &Arc<Volume>,
+        scene: &Scene,
+        sample: Sample,
+        method: Method,
+    ) -> Result<Self> {
+        let cast = |views: &[ViewRequest], joseph: &Projector| {
+            let scene = joseph.scene().with_method(method);
+            let projector = Projector::new(&context.on_cpu(), volume.clone(), scene)?;
+            Ok(projector.project(views, LAYERS, SILENT)?.map(|&x| f64::from(x)))
+        };
+        Self::of(context, volume, scene, sample, cast)
+    }
+
+    fn of(
+        context: &Context,
+        volume: &Arc<Volume>,
+        scene: &Scene,
+        sample: Sample,
+        cast: impl Fn(&[ViewRequest], &Projector) -> Result<Images<f64>>,
+    ) -> Result<Self> {
         let scene = scene.with_method(Algorithm::Joseph.into());
         let scene = Scene { detector: sample.size(), supersampling: 1, bone: None, ..scene };
         let joseph = Projector::new(&context.on_cpu(), volume.clone(), scene)?;
-        let layers = Layers { areal_density: true, ..LAYERS };
-        let exact = joseph.reference(Algorithm::Exact, &requests(&sample.views([0.0; 2])), layers, SILENT)?;
-        let largest = exact.line_integral.iter().copied().filter(|p| p.is_finite()).fold(0.0, f64::max);
+        let right = cast(&requests(&sample.views([0.0; 2])), &joseph)?;
+        let largest = right.line_integral.iter().copied().filter(|p| p.is_finite()).fold(0.0, f64::max);
         let i0 = joseph.scene().spectral_model()?.i0();
-        let mut truth = Self { floor: FLOOR * largest, i0, steepness: Vec::new(), exact, sample };
+        let mut truth = Self { floor: FLOOR * largest, i0, steepness: Vec::new(), right, sample };
         truth.steepness = truth.steepness(&joseph)?;
         Ok(truth)
     }
@@ -79,8 +112,19 @@ impl Truth {
     }
 
     /// Intensities, line integrals and areal densities of the rays.
-    pub(crate) fn exact(&self) -> &Images<f64> {
-        &self.exact
+    pub(crate) fn right(&self) -> &Images<f64> {
+        &self.right
+    }
+
+    /// Whether a ray is above the floor.
+    pub(crate) fn is_seen(&self, ray: usize) -> bool {
+        let p = self.right.line_integral[ray];
+        p.is_finite() && p > self.floor
+    }
+
+    /// |∇p| across a ray, per mm near the volume's centre; `None` where it is not steep.
+    pub(crate) fn steepness_of(&self, ray: usize) -> Option<f64> {
+        self.steepness[ray]
     }
 
     /// The same rays, cast with a projector's engine and plan.
@@ -105,16 +149,16 @@ impl Truth {
 
     /// The errors of line integrals and intensities of the same rays.
     pub fn compare(&self, images: &Images<f64>) -> Measurement {
-        let pairs = || images.line_integral.iter().zip(&self.exact.line_integral);
+        let pairs = || images.line_integral.iter().zip(&self.right.line_integral);
         let finite = || pairs().filter(|(_, reference)| reference.is_finite());
         let squares = |values: &mut dyn Iterator<Item = f64>| values.map(|x| x * x).sum::<f64>();
         let norm = squares(&mut finite().map(|(_, reference)| *reference));
         let off = squares(&mut finite().map(|(p, reference)| p - reference));
-        let intensities = images.intensity.iter().zip(&self.exact.intensity);
+        let intensities = images.intensity.iter().zip(&self.right.intensity);
         Measurement {
-            hu: self.hu(images, &self.exact),
+            hu: self.hu(images, &self.right),
             mm: self
-                .estimate(images, &self.exact, |error, _, steepness| steepness.map(|per_mm| error / per_mm)),
+                .estimate(images, &self.right, |error, _, steepness| steepness.map(|per_mm| error / per_mm)),
             relative_l2: if norm > 0.0 { (off / norm).sqrt() } else { 0.0 },
             max_line_integral: finite().map(|(p, reference)| (p - reference).abs()).fold(0.0, f64::max),
             max_intensity: intensities.map(|(i, exact)| (i - exact).abs() / self.i0).fold(0.0, f64::max),
@@ -135,11 +179,12 @@ impl Truth {
     ) -> Option<Estimate> {
         let [right, own] = [&reference.line_integral, &images.line_integral].map(|p| self.sample.split(p));
         let replicates = right.zip(own).zip(self.sample.split(&self.steepness));
-        Estimate::of(replicates.map(|((right, own), steepness)| {
+        let replicates = replicates.map(|((right, own), steepness)| {
             let rays = right.iter().zip(own).zip(steepness);
             let seen = rays.filter(|((right, _), _)| right.is_finite() && **right > self.floor);
             seen.filter_map(move |((right, own), &steepness)| error(own - right, *right, steepness))
-        }))
+        });
+        Estimate::of(replicates, self.sample.part())
     }
 
     /// By the differences to the pixels to the right and below.
@@ -159,7 +204,7 @@ impl Truth {
         }
         let mut seen: Vec<f64> = squares
             .iter()
-            .zip(&self.exact.line_integral)
+            .zip(&self.right.line_integral)
             .filter(|(square, p)| square.is_finite() && **p > self.floor)
             .map(|(square, _)| *square)
             .collect();

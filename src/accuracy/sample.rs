@@ -7,6 +7,10 @@ use crate::geometry::{DetectorPose, Projection, View};
 /// Samples with starts of their own: their differences tell how far the mean of all is from that of all pixels.
 const REPLICATES: usize = 8;
 
+/// From the start of one replicate to that of the next, parts of the room that starts have: the points of this sequence
+/// fill a square evenly (Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
+const EVENLY: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
+
 /// Most views that a replicate looks at.
 const MOST_VIEWS: usize = 16;
 
@@ -19,6 +23,8 @@ pub struct Sample {
     /// Width and height of each grid, pixels.
     size: [usize; 2],
     replicates: usize,
+    /// Of all pixels of all views.
+    part: f64,
 }
 
 /// Every nth pixel of every nth row of a view.
@@ -41,10 +47,16 @@ impl Sample {
         let (replicates, stride) = if pixels <= rays { (1, 1) } else { (REPLICATES, apart) };
         let coarse = size.map(|n| (n / stride).max(1));
         let mut random = Random(seed);
-        let mut start = |axis: usize| random.below(size[axis] - (coarse[axis] - 1) * stride);
-        let mut grid = |&&view: &&View| PixelGrid { view, size, first: [start(0), start(1)], stride };
-        let grids = (0..replicates).flat_map(|_| some.iter().map(&mut grid).collect::<Vec<_>>()).collect();
-        Self { grids, size: coarse, replicates }
+        let starts: Vec<_> = some.iter().map(|_| [random.unit(), random.unit()]).collect();
+        let grid = |(r, v): (usize, usize)| {
+            // Random for each view; from there on the replicates lie evenly.
+            let start = |axis: usize| (starts[v][axis] + r as f64 * EVENLY[axis]).fract();
+            let room = |axis: usize| (size[axis] - (coarse[axis] - 1) * stride) as f64;
+            let first = [0, 1].map(|axis| (start(axis) * room(axis)) as usize);
+            PixelGrid { view: *some[v], size, first, stride }
+        };
+        let grids = (0..replicates).flat_map(|r| (0..some.len()).map(move |v| (r, v))).map(grid).collect();
+        Self { grids, size: coarse, replicates, part: 0.0 }.of_all(views.len() * size[0] * size[1])
     }
 
     /// One even grid of about `rays` pixels per view, with its first pixel as near to the corner as to the opposite one.
@@ -53,7 +65,16 @@ impl Sample {
         let coarse = size.map(|n| n.div_ceil(stride));
         let first = [0, 1].map(|axis| (size[axis] - 1 - (coarse[axis] - 1) * stride) / 2);
         let grids = views.iter().map(|&view| PixelGrid { view, size, first, stride }).collect();
-        Self { grids, size: coarse, replicates: 1 }
+        Self { grids, size: coarse, replicates: 1, part: 0.0 }.of_all(views.len() * size[0] * size[1])
+    }
+
+    fn of_all(self, pixels: usize) -> Self {
+        Self { part: self.rays() as f64 / pixels as f64, ..self }
+    }
+
+    /// The part of all pixels that it has.
+    pub fn part(&self) -> f64 {
+        self.part
     }
 
     /// Width and height of each of the sample's views, pixels.
@@ -65,6 +86,18 @@ impl Sample {
     /// the right and down of these pixels' centres as `shift` says, pixels.
     pub fn views(&self, shift: [f64; 2]) -> Vec<View> {
         self.grids.iter().map(|grid| grid.view(shift, self.size)).collect()
+    }
+
+    /// Some of its rays, each as a view of one pixel. Ray k is the one whose value is the kth of an image of all views.
+    pub(crate) fn rays_of(&self, rays: &[usize]) -> Vec<View> {
+        let [width, height] = self.size;
+        let view = |&ray: &usize| {
+            let grid = &self.grids[ray / (width * height)];
+            let at = [ray % width, ray / width % height];
+            let first = [0, 1].map(|axis| grid.first[axis] + grid.stride * at[axis]);
+            PixelGrid { first, ..*grid }.view([0.0; 2], [1, 1])
+        };
+        rays.iter().map(view).collect()
     }
 
     /// Number of replicates; 1 means that the sample has every pixel.
@@ -115,13 +148,13 @@ impl PixelGrid {
 struct Random(u64);
 
 impl Random {
-    /// A whole number below `n`.
-    fn below(&mut self, n: usize) -> usize {
+    /// From 0 on, below 1.
+    fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((u128::from(z ^ (z >> 31)) * n as u128) >> 64) as usize
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 }
 

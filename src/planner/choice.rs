@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
-use crate::accuracy::{CONFIDENCE, Estimate, Measurement, Truth};
+use crate::accuracy::{CONFIDENCE, Estimate};
 use crate::error::{Error, Result};
 use crate::method::{Energies, Method};
 use crate::physics::Quadrature;
 use crate::planner::candidates::candidates;
+use crate::planner::judge::Judge;
 use crate::planner::{Effort, expected};
 use crate::projector::Context;
 use crate::scene::Scene;
@@ -47,8 +48,8 @@ pub struct Choice {
     pub tolerance: Tolerance,
     /// With what confidence the chosen method keeps it over all rays of the expected views.
     pub confidence: f64,
-    /// Rays that the methods were measured on.
-    pub rays: usize,
+    /// Rays that the methods were measured on, and those that were integrated exactly.
+    pub rays: [usize; 2],
     /// The p above which errors count.
     pub floor: f64,
     /// Where the predicted times come from.
@@ -65,7 +66,7 @@ impl Choice {
         scene: &Scene,
         tolerance: Tolerance,
         energies: Energies,
-        truth: &Truth,
+        judge: &Judge,
         quadrature: Option<&Quadrature>,
     ) -> Result<Self> {
         let effort = Effort::new(&expected::views(scene, volume), volume.grid(), scene)?;
@@ -78,8 +79,7 @@ impl Choice {
         let mut candidates: Vec<_> =
             candidates(context.backend(), energies).into_iter().map(candidate).collect();
         candidates.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
-        let rays = truth.sample().rays();
-        let (floor, costs) = (truth.floor(), costs.name().to_owned());
+        let (floor, rays, costs) = (judge.floor(), judge.rays(), costs.name().to_owned());
         Ok(Self { tolerance, confidence: CONFIDENCE, rays, floor, costs, candidates })
     }
 
@@ -107,8 +107,8 @@ impl Choice {
 
 impl Candidate {
     /// Notes a measurement. Whether it keeps the tolerance.
-    pub(super) fn judge(&mut self, measured: &Measurement, tolerance: Tolerance) -> bool {
-        (self.hu, self.mm) = (measured.hu, measured.mm);
+    pub(super) fn judge(&mut self, measured: [Option<Estimate>; 2], tolerance: Tolerance) -> bool {
+        [self.hu, self.mm] = measured;
         let within = |error: Option<Estimate>, most: f64| error.is_none_or(|error| error.rms_high <= most);
         let keeps = within(self.hu, tolerance.hu) && within(self.mm, tolerance.mm);
         self.verdict = if keeps { Verdict::Chosen } else { Verdict::MissesTolerance };
@@ -119,10 +119,10 @@ impl Candidate {
 /// One line per method that was looked at.
 impl std::fmt::Display for Choice {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { tolerance, confidence, rays, costs, .. } = self;
+        let Self { tolerance, confidence, rays: [rays, exact], costs, .. } = self;
         write!(
             f,
-            "  tolerance {tolerance} RMSE, with {:.0} % confidence by {rays} rays; predicted times by {costs}:",
+            "  tolerance {tolerance} RMSE, with {:.0} % confidence by {rays} rays and {exact} exact ones; predicted times by {costs}:",
             100.0 * confidence
         )?;
         for candidate in &self.candidates {

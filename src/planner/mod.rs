@@ -6,6 +6,7 @@ mod choice;
 mod costs;
 mod effort;
 mod expected;
+mod judge;
 mod reach;
 
 pub(crate) use cache::Cache;
@@ -17,18 +18,19 @@ pub use reach::Reach;
 
 use std::sync::Arc;
 
-use crate::accuracy::{Sample, Truth};
+use crate::accuracy::Sample;
 use crate::engine::Backend;
 use crate::error::Result;
 use crate::method::{Energies, Method};
 use crate::plan::Plan;
+use crate::planner::judge::Judge;
 use crate::projector::{Context, Projector};
 use crate::scene::Scene;
 use crate::tolerance::Tolerance;
 use crate::volume::Volume;
 
-/// Rays that candidates are judged by, about.
-const RAYS: usize = 1500;
+/// Rays that are cast to see what they reach, about.
+const RAYS: usize = 2000;
 
 /// Decides which.
 const SEED: u64 = 1;
@@ -49,36 +51,30 @@ pub(crate) fn plan(context: &Context, volume: &Arc<Volume>, scene: &Scene) -> Re
         return Ok(plain);
     }
     context.plans().get_or_make(volume, scene, || {
-        let sample = Sample::new(&expected::views(scene, volume), scene.detector, RAYS, SEED);
         if let Some(tolerance) = scene.tolerance {
-            let truth = Truth::new(context, volume, scene, sample)?;
-            return cheapest(context, volume, scene, tolerance, &truth);
+            return cheapest(context, volume, scene, tolerance);
         }
+        let sample = Sample::new(&expected::views(scene, volume), scene.detector, RAYS, SEED);
         let reach = Reach::of_rays(context, volume, scene, &sample)?;
         Plan::new(scene, volume, engine, reach.quadrature(scene)?)
     })
 }
 
 /// The first candidate, by predicted time, that keeps the tolerance on the sample's rays with the stated confidence.
-fn cheapest(
-    context: &Context,
-    volume: &Arc<Volume>,
-    scene: &Scene,
-    tolerance: Tolerance,
-    truth: &Truth,
-) -> Result<Plan> {
+fn cheapest(context: &Context, volume: &Arc<Volume>, scene: &Scene, tolerance: Tolerance) -> Result<Plan> {
+    let judge = Judge::new(context, volume, scene)?;
     let few = Energies::Few { hu: ENERGIES_SHARE * tolerance.hu };
     let with = |method: Method| scene.with_method(method);
-    let quadrature = Reach::of(truth.exact()).quadrature(&with(Method { energies: few, ..scene.method }))?;
+    let quadrature = judge.reach().quadrature(&with(Method { energies: few, ..scene.method }))?;
     let energies = if quadrature.is_some() { few } else { Energies::All };
     let cpu = context.on_cpu();
-    let mut choice = Choice::new(context, volume, scene, tolerance, energies, truth, quadrature.as_ref())?;
+    let mut choice = Choice::new(context, volume, scene, tolerance, energies, &judge, quadrature.as_ref())?;
     for candidate in &mut choice.candidates {
         // Engines keep float32's bound against the same algorithm in float64, so that the CPU's speaks for all.
         let scene = with(candidate.method);
         let plan = Plan::new(&scene, volume, Backend::Cpu, quadrature.clone())?;
         let projector = Projector::planned(&cpu, volume.clone(), scene, plan)?;
-        if candidate.judge(&truth.compare(&truth.cast(&projector)?), tolerance) {
+        if candidate.judge(judge.measure(&projector)?, tolerance) {
             break;
         }
     }

@@ -1,5 +1,6 @@
 //! HU in, voxels out: slab by slab, so that a reader never holds the volume twice.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
@@ -208,7 +209,7 @@ impl VolumeBuilder {
             }
         };
         let classes = (!self.labelled).then(|| self.how.thresholds.materials().to_vec());
-        Ok(Volume { grid: self.grid, voxels, materials, classes })
+        Ok(Volume { grid: self.grid, voxels, materials, classes, byte_voxels: OnceLock::new() })
     }
 
     /// Checks the next piece and returns the number of its first voxel.

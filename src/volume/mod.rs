@@ -1,17 +1,21 @@
 //! A CT volume: density and material of every voxel. Immutable once made.
 
 mod builder;
+mod byte_voxels;
+mod levels;
+mod partition;
 mod voxels;
 
 use std::any::Any;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use builder::Code;
 pub use builder::{Classification, VolumeBuilder};
+pub(crate) use byte_voxels::ByteVoxels;
 pub use voxels::{Voxel, Voxels};
 
 use crate::allocation::reserved;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::Grid;
 use crate::physics::MAX_MATERIALS;
 
@@ -23,6 +27,8 @@ pub struct Volume {
     materials: [MaterialStatistics; MAX_MATERIALS],
     /// What the labels mean, when thresholds made them.
     classes: Option<Vec<String>>,
+    /// Made when first asked for, and kept as long as the volume: one byte more per voxel.
+    byte_voxels: OnceLock<ByteVoxels>,
 }
 
 /// What a volume holds of one material.
@@ -80,7 +86,8 @@ impl Volume {
             materials[usize::from(voxel.label)].note(voxel);
         }
         let classes = Some(how.thresholds.materials().to_vec());
-        Ok(Self { grid, voxels: Voxels::Texture { table, texture }, materials, classes })
+        let voxels = Voxels::Texture { table, texture };
+        Ok(Self { grid, voxels, materials, classes, byte_voxels: OnceLock::new() })
     }
 
     /// Dimensions and place in the world.
@@ -91,6 +98,22 @@ impl Volume {
     /// The voxels as stored.
     pub fn voxels(&self) -> &Voxels {
         &self.voxels
+    }
+
+    /// The voxels of [`Voxels::Coded`] in one byte each, for all projectors of the volume.
+    ///
+    /// # Errors
+    /// `Unsupported` for other voxels; `OutOfMemory`.
+    pub(crate) fn byte_voxels(&self) -> Result<&ByteVoxels> {
+        if let Some(made) = self.byte_voxels.get() {
+            return Ok(made);
+        }
+        let Voxels::Coded { codes, table } = &self.voxels else {
+            return Err(Error::Unsupported("8-bit voxels are made of integer HU only".into()));
+        };
+        // Not while others wait: a thread of the pool that makes it could be given a projector's creation that waits.
+        let made = ByteVoxels::new(codes, table)?;
+        Ok(self.byte_voxels.get_or_init(|| made))
     }
 
     /// What the volume holds of each material, by label.
@@ -109,8 +132,8 @@ impl Volume {
         how.hu(code)
     }
 
-    /// Bytes held for the voxels.
+    /// Bytes held for the voxels, with those of [`Storage::Byte`](crate::Storage) once a projector has asked for it.
     pub fn bytes(&self) -> usize {
-        self.voxels.bytes()
+        self.voxels.bytes() + self.byte_voxels.get().map_or(0, |bytes| bytes.levels.len())
     }
 }

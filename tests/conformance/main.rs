@@ -7,6 +7,7 @@
 
 mod bytes;
 mod energies;
+mod methods;
 #[cfg(feature = "formats")]
 mod scans;
 mod sides;
@@ -31,9 +32,16 @@ mod scans {
 }
 
 fn trials(backend: Backend) -> Vec<Trial> {
-    let tests =
-        [&sides::TESTS[..], &voxels::TESTS, &views::TESTS, &energies::TESTS, &bytes::TESTS, &scans::TESTS]
-            .concat();
+    let tests = [
+        &sides::TESTS[..],
+        &voxels::TESTS,
+        &views::TESTS,
+        &energies::TESTS,
+        &bytes::TESTS,
+        &methods::TESTS,
+        &scans::TESTS,
+    ]
+    .concat();
     let named = |name: &str| format!("{}::{name}", backend.name());
     if let (Backend::Cuda | Backend::Metal, Err(reason)) = (backend, Context::new(backend, 1)) {
         return vec![ignored(named("every_test"), reason.to_string())];

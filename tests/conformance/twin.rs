@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use drr::engine::{Backend, Images, Layers, SILENT};
 use drr::volume::Volume;
-use drr::{Algorithm, Scene, ViewRequest};
+use drr::{Algorithm, Method, Scene, ViewRequest};
 
 use crate::support::{max_relative, projector, relative_l2};
 
@@ -51,15 +51,27 @@ pub(super) fn conforms_with(
     scene: &Scene,
     views: &[ViewRequest],
 ) {
-    let layers = Layers { bone_path: scene.bone.is_some(), ..Layers::ALL };
     for &algorithm in algorithms {
-        let projector = projector(backend, volume, Scene { method: algorithm.into(), ..scene.clone() });
-        let fast = projector.project(views, layers, SILENT).expect("projects");
-        let truth = projector.reference(algorithm, views, layers, SILENT).expect("projects");
-        let name = format!("{algorithm:?}, {name}");
-        assert!(truth.areal_density.iter().any(|&areal| areal > 1e-3), "{name} sees nothing");
-        compare(backend, algorithm, &name, &fast, &truth);
+        method_conforms(algorithm.into(), backend, name, volume, scene, views);
     }
+}
+
+/// Holds every layer to the twin of the method's algorithm.
+pub(super) fn method_conforms(
+    method: Method,
+    backend: Backend,
+    name: &str,
+    volume: &Arc<Volume>,
+    scene: &Scene,
+    views: &[ViewRequest],
+) {
+    let layers = Layers { bone_path: scene.bone.is_some(), ..Layers::ALL };
+    let projector = projector(backend, volume, Scene { method, ..scene.clone() });
+    let fast = projector.project(views, layers, SILENT).expect("projects");
+    let truth = projector.reference(method.algorithm, views, layers, SILENT).expect("projects");
+    let name = format!("{method}, {name}");
+    assert!(truth.areal_density.iter().any(|&areal| areal > 1e-3), "{name} sees nothing");
+    compare(backend, method.algorithm, &name, &fast, &truth);
 }
 
 /// Holds every layer of every algorithm to its twin.

@@ -3,8 +3,9 @@
 use crate::allocation::collected;
 use crate::engine::cpu::lanes::Lanes;
 use crate::error::Result;
+use crate::method::Storage;
 use crate::physics::MAX_MATERIALS;
-use crate::volume::{Volume, Voxel, Voxels};
+use crate::volume::{ByteVoxels, Volume, Voxel, Voxels};
 
 /// A readable volume.
 pub(super) trait Field<L: Lanes>: Sync {
@@ -32,6 +33,24 @@ impl<L: Lanes> Field<L> for ByCode<'_, L> {
     }
 }
 
+/// Levels looked up in a table that first-level cache holds.
+struct ByByte<'a, L> {
+    levels: &'a [u8],
+    table: &'a [L; 1 << 8],
+}
+
+impl<L: Lanes> Field<L> for ByByte<'_, L> {
+    #[inline(always)]
+    fn at(&self, index: u32) -> L {
+        self.table[usize::from(self.levels[index as usize])]
+    }
+
+    #[inline(always)]
+    fn touch(&self, index: u32) -> u32 {
+        u32::from(self.levels[index as usize])
+    }
+}
+
 /// Densities times the unit lane of the label.
 struct ByDensity<'a, L> {
     density: &'a [f32],
@@ -54,6 +73,7 @@ impl<L: Lanes> Field<L> for ByDensity<'_, L> {
 /// What each voxel of a volume contributes to each lane.
 pub(super) enum Table<L> {
     Code(Box<[L; 1 << 16]>),
+    Byte(Box<[L; 1 << 8]>),
     Density([L; MAX_MATERIALS]),
 }
 
@@ -70,12 +90,21 @@ pub(super) trait Readable<L: Lanes> {
 
 impl<L: Lanes> Table<L> {
     /// Each voxel's density, in the lane of its label; labels without a lane contribute nothing.
-    pub(super) fn densities(volume: &Volume, lane_of: &[Option<usize>; MAX_MATERIALS]) -> Result<Self> {
+    pub(super) fn densities(
+        volume: &Volume,
+        storage: Storage,
+        lane_of: &[Option<usize>; MAX_MATERIALS],
+    ) -> Result<Self> {
         let lanes = |voxel: Voxel| L::single(lane_of[usize::from(voxel.label)], voxel.density as f32);
-        match volume.voxels() {
-            Voxels::Coded { table, .. } => Ok(Self::Code(per_code(table, lanes)?)),
-            Voxels::Dense { .. } => Ok(Self::Density(per_label(lanes))),
-            Voxels::Texture { .. } => unreachable!("the plan refuses it"),
+        match (volume.voxels(), storage) {
+            (Voxels::Coded { table, .. }, Storage::Exact) => Ok(Self::Code(per_code(table, lanes)?)),
+            (_, Storage::Byte) => {
+                let voxels = &volume.byte_voxels()?.table;
+                let level = |level: usize| voxels.get(level).map_or(L::ZERO, |&voxel| lanes(voxel));
+                Ok(Self::Byte(Box::new(std::array::from_fn(level))))
+            }
+            (Voxels::Dense { .. }, Storage::Exact) => Ok(Self::Density(per_label(lanes))),
+            (Voxels::Texture { .. }, _) => unreachable!("the plan refuses it"),
         }
     }
 }
@@ -84,6 +113,10 @@ impl<L: Lanes> Readable<L> for Table<L> {
     fn read(&self, volume: &Volume, work: &mut impl WithField<L>) {
         match (self, volume.voxels()) {
             (Self::Code(table), Voxels::Coded { codes, .. }) => work.run(&ByCode { codes, table }),
+            (Self::Byte(table), Voxels::Coded { .. }) => match volume.byte_voxels() {
+                Ok(ByteVoxels { levels, .. }) => work.run(&ByByte { levels, table }),
+                Err(_) => unreachable!("they were made for the table"),
+            },
             (Self::Density(unit), Voxels::Dense { density, label }) => {
                 work.run(&ByDensity { density, label, unit });
             }

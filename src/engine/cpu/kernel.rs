@@ -20,6 +20,19 @@ pub(super) trait Kernel: Sync {
     /// The integral over a whole cell; without `LIMIT`, one of the path's inner cells.
     fn whole<const LIMIT: bool, L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L;
 
+    /// As `part`, where the volume's border may be near. Called, unlike what inner cells need: they are the most, and for
+    /// all sums this is the same code.
+    #[inline(never)]
+    fn end<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32, from: f32, length: f32) -> L {
+        self.part(field, path, cell, from, length)
+    }
+
+    /// As `whole` with `LIMIT`, called for the same reason.
+    #[inline(never)]
+    fn outer<L: Lanes, F: Field<L>>(&self, field: &F, path: &Path, cell: u32) -> L {
+        self.whole::<true, L, F>(field, path, cell)
+    }
+
     /// Adds the integral over `WIDTH` inner cells.
     #[inline(always)]
     fn run<L: Lanes, F: Field<L>, S: Sum<L>>(&self, field: &F, path: &Path, first: u32, sum: S) -> S {
@@ -59,7 +72,7 @@ pub(super) trait Kernel: Sync {
             return sum;
         }
         if begin == first {
-            sum = sum.plus(self.part(field, path, first, path.enter, path.lengths[0]));
+            sum = sum.plus(self.end(field, path, first, path.enter, path.lengths[0]));
             begin += 1;
         }
         let leaves_here = end == last + 1 && last > first;
@@ -68,14 +81,14 @@ pub(super) trait Kernel: Sync {
         }
         let inner = path.inner.map(|cell| cell.clamp(begin, end.max(begin)));
         for cell in begin..inner[0] {
-            sum = sum.plus(self.whole::<true, L, F>(field, path, cell));
+            sum = sum.plus(self.outer(field, path, cell));
         }
         sum = self.inner(field, path, inner[0]..inner[1], sum);
         for cell in inner[1]..end {
-            sum = sum.plus(self.whole::<true, L, F>(field, path, cell));
+            sum = sum.plus(self.outer(field, path, cell));
         }
         if leaves_here {
-            sum = sum.plus(self.part(field, path, last, 0.0, path.lengths[1]));
+            sum = sum.plus(self.end(field, path, last, 0.0, path.lengths[1]));
         }
         sum
     }

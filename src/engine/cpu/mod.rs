@@ -71,11 +71,12 @@ impl Cpu {
         let labels: Vec<u8> = plan.materials.iter().map(|m| m.label).collect();
         let mut lane_of = [None; MAX_MATERIALS];
         labels.iter().enumerate().for_each(|(lane, &label)| lane_of[usize::from(label)] = Some(lane));
+        let storage = plan.method.storage;
         let accumulators = match labels.len() {
             0 => Accumulators::None,
-            1 => Accumulators::One(Table::densities(&volume, &lane_of)?),
-            2..=4 => Accumulators::Four(Table::densities(&volume, &lane_of)?),
-            _ => Accumulators::Eight(Table::densities(&volume, &lane_of)?),
+            1 => Accumulators::One(Table::densities(&volume, storage, &lane_of)?),
+            2..=4 => Accumulators::Four(Table::densities(&volume, storage, &lane_of)?),
+            _ => Accumulators::Eight(Table::densities(&volume, storage, &lane_of)?),
         };
         let bone = scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled);
         Ok(Self {

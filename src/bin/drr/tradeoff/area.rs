@@ -47,10 +47,14 @@ impl Area {
             Ok(images.intensity.into_iter().map(f64::from).collect())
         })?;
         let replicates = self.sample.split(&self.line_integral).zip(self.sample.split(&own));
-        Ok(Estimate::of(replicates.map(|(right, own)| {
-            let seen = right.iter().zip(own).filter(|(right, _)| right.is_finite() && **right > self.floor);
-            seen.map(|(right, own)| 1000.0 * (own - right) / right)
-        })))
+        Ok(Estimate::of(
+            replicates.map(|(right, own)| {
+                let seen =
+                    right.iter().zip(own).filter(|(right, _)| right.is_finite() && **right > self.floor);
+                seen.map(|(right, own)| 1000.0 * (own - right) / right)
+            }),
+            self.sample.part(),
+        ))
     }
 }
 

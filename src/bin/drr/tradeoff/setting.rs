@@ -32,6 +32,7 @@ impl Setting {
             for accumulation in [Accumulation::Naive, Accumulation::Compensated] {
                 all.push(Self::of(Method { accumulation, ..joseph }));
             }
+            all.push(Self::of(Method { storage: Storage::Byte, ..joseph }));
         }
         for supersampling in SUPERSAMPLING {
             let name = format!("joseph, {supersampling}×{supersampling} rays");
@@ -52,7 +53,10 @@ impl Setting {
 
     /// Whether a planner may choose it.
     pub(super) fn is_candidate(&self) -> bool {
-        !self.is_of_another_model() && !self.early_exit && self.method.accumulation == Accumulation::Blocked
+        !self.is_of_another_model()
+            && !self.early_exit
+            && self.method.accumulation == Accumulation::Blocked
+            && self.method.storage == Storage::Exact
     }
 
     pub(super) fn group(&self) -> Group {
