@@ -175,7 +175,7 @@ typedef struct DrrContextOptions {
     void *metal_device;
     /// Which of the GPUs that NVIDIA's driver lists; for engines of the CPU 0. Default 0.
     size_t device_index;
-    /// What methods cost on this machine, which a scene's tolerance_hu chooses by: the text that `drr tradeoff --timings`
+    /// What methods cost on this machine, which a scene's tolerance_hu chooses by: the text that `drr tradeoff --write-timings`
     /// writes. It is only read during drr_context_create. Default NULL: built-in rates.
     const char *timings;
 } DrrContextOptions;
@@ -326,6 +326,47 @@ DrrStatus drr_volume_create_metal_texture(const DrrContext *context,
                                           void *texture,
                                           DrrVolume **volume);
 
+/// A point source and a flat detector, world mm. The centre of pixel (i, j), i = column, is at
+/// first_pixel + i x column_step + j x row_step. The struct never grows: arrays of it are passed.
+typedef struct DrrDetectorPose {
+    /// The source, off the detector's plane.
+    double source[3];
+    /// Centre of pixel (0, 0).
+    double first_pixel[3];
+    /// From the centre of pixel (0, 0) to that of pixel (1, 0).
+    double column_step[3];
+    /// From the centre of pixel (0, 0) to that of pixel (0, 1).
+    double row_step[3];
+} DrrDetectorPose;
+
+/// The cone-beam uniforms of a pose, for a detector of `width` x `height` pixels: no early exit, the scene's own
+/// tables.
+///
+/// The matrix is rounded to float32, so that a ray may miss its pixel by about 1e-7 of the distances of source and
+/// detector from each other and from the world's origin, and by more where the steps are nearly parallel;
+/// drr_projector_project_poses does not round. Writes `*uniforms` on success only. Fails with
+/// DRR_STATUS_INVALID_ARGUMENT, also when the pose does not survive the rounding. Any thread.
+DrrStatus drr_uniforms_cone(const struct DrrDetectorPose *pose,
+                            size_t width,
+                            size_t height,
+                            ProjectionUniforms *uniforms);
+
+/// The pose of a C-arm that looks at `centre` (3 values, world mm): at 0 degrees the source is at -y, columns run
+/// along +x, rows along +z; `angle_degrees` turns source and detector about the z axis. The specification's stereo
+/// pair is -6 and +6.
+///
+/// `source_axis_mm` is from the source to `centre`, 0 to 1e10; `source_detector_mm` from the source to the detector,
+/// 1e-12 to 1e10; `pixel_mm` the side of a pixel, 1e-12 to 1e10. The detector of `width` x `height` pixels is
+/// centred on the central ray. Writes `*pose` on success only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
+DrrStatus drr_pose_c_arm(const double *centre,
+                         double angle_degrees,
+                         double source_axis_mm,
+                         double source_detector_mm,
+                         double pixel_mm,
+                         size_t width,
+                         size_t height,
+                         struct DrrDetectorPose *pose);
+
 /// What a scene simulates: DRR_EFFECT bits. Unknown bits are refused.
 typedef uint32_t DrrEffects;
 
@@ -417,47 +458,6 @@ DrrStatus drr_scene_init(struct DrrScene *scene);
 /// only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
 DrrStatus drr_scene_set_preset(struct DrrScene *scene,
                                const char *name);
-
-/// A point source and a flat detector, world mm. The centre of pixel (i, j), i = column, is at
-/// first_pixel + i x column_step + j x row_step. The struct never grows: arrays of it are passed.
-typedef struct DrrDetectorPose {
-    /// The source, off the detector's plane.
-    double source[3];
-    /// Centre of pixel (0, 0).
-    double first_pixel[3];
-    /// From the centre of pixel (0, 0) to that of pixel (1, 0).
-    double column_step[3];
-    /// From the centre of pixel (0, 0) to that of pixel (0, 1).
-    double row_step[3];
-} DrrDetectorPose;
-
-/// The cone-beam uniforms of a pose, for a detector of `width` x `height` pixels: no early exit, the scene's own
-/// tables.
-///
-/// The matrix is rounded to float32, so that a ray may miss its pixel by about 1e-7 of the distances of source and
-/// detector from each other and from the world's origin, and by more where the steps are nearly parallel;
-/// drr_projector_project_poses does not round. Writes `*uniforms` on success only. Fails with
-/// DRR_STATUS_INVALID_ARGUMENT, also when the pose does not survive the rounding. Any thread.
-DrrStatus drr_uniforms_cone(const struct DrrDetectorPose *pose,
-                            size_t width,
-                            size_t height,
-                            ProjectionUniforms *uniforms);
-
-/// The pose of a C-arm that looks at `centre` (3 values, world mm): at 0 degrees the source is at -y, columns run
-/// along +x, rows along +z; `angle_degrees` turns source and detector about the z axis. The specification's stereo
-/// pair is -6 and +6.
-///
-/// `source_axis_mm` is from the source to `centre`, 0 to 1e10; `source_detector_mm` from the source to the detector,
-/// 1e-12 to 1e10; `pixel_mm` the side of a pixel, 1e-12 to 1e10. The detector of `width` x `height` pixels is
-/// centred on the central ray. Writes `*pose` on success only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
-DrrStatus drr_pose_c_arm(const double *centre,
-                         double angle_degrees,
-                         double source_axis_mm,
-                         double source_detector_mm,
-                         double pixel_mm,
-                         size_t width,
-                         size_t height,
-                         struct DrrDetectorPose *pose);
 
 /// Most views of one call.
 #define DRR_MAX_VIEWS 65536

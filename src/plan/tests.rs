@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::*;
 use crate::engine::reference::Reference;
 use crate::geometry::Grid;
+use crate::method::Energies;
 use crate::physics::{Calibration, Spectrum, Thresholds};
 use crate::volume::Classification;
 
@@ -89,4 +90,33 @@ fn a_volume_in_a_texture_may_hold_every_material_and_is_for_metal_alone() {
     let error =
         Reference::new(volume, &scene, scene.method.algorithm).err().expect("it cannot read textures");
     assert!(matches!(error, Error::Unsupported(_)), "{error}");
+}
+
+#[test]
+fn few_energies_are_in_the_plan_with_their_limits_and_their_bound() {
+    let volume = volume(&[-1000, 40, 900], None);
+    let few = Energies::Few { hu: 1.0 };
+    let scene = Scene::new([8, 8]).expect("valid");
+    let scene = Scene { method: Method { energies: few, ..scene.method }, ..scene };
+    let model = scene.spectral_model().expect("valid");
+    let quadrature = Quadrature::new(&model, &[0.0, 0.0, 45.0, 12.0], 0.25, 1e-3).expect("there are few");
+    let planned = |engine, quadrature| Plan::new(&scene, &volume, engine, quadrature).expect("valid");
+    let [with, without] = [Some(quadrature.clone()), None].map(|some| planned(Backend::Cpu, some));
+    let stage = with.stages.iter().find(|stage| stage.name == "spectrum").expect("poly-energetic");
+    let nodes = quadrature.nodes().len();
+    let first = format!("{nodes} of {} bins ({:.1}, ", model.bins(), quadrature.nodes()[0].kev);
+    assert!(stage.what.contains(&first), "{}", stage.what);
+    assert!(stage.what.ends_with("beyond soft_tissue 45.000, bone_cortical 12.000 g/cm² over all bins"));
+    assert!(stage.cost.starts_with(&format!("{} exponentials", 64 * nodes)), "{}", stage.cost);
+    assert!(stage.error.contains(&format!("{:.2e} max(p, 0.250)", quadrature.bound())), "{}", stage.error);
+    let json = |plan: &Plan| -> serde_json::Value { serde_json::from_str(&plan.to_json()).expect("JSON") };
+    assert_eq!(json(&with)["quadrature"]["nodes"].as_array().map(Vec::len), Some(nodes));
+    assert!(json(&without).get("quadrature").is_none());
+    let says = |plan: &Plan| plan.omissions.iter().any(|omission| omission.name == "few energies");
+    assert!(!says(&with) && says(&without));
+    assert_eq!(
+        planned(Backend::Reference, Some(quadrature)).quadrature,
+        None,
+        "the truth is of all energies"
+    );
 }

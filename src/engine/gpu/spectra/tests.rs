@@ -1,8 +1,8 @@
 use super::*;
 use crate::physics::Quadrature;
 
-/// A chest's, g/cm²; no float32 is equal to the last one, and the nearest is above it.
-const LIMITS: [f64; 4] = [0.0, 8.0, 45.0, 12.700_000_05];
+/// A chest's, g/cm². The last one as a float32 is more.
+const LIMITS: [f64; 4] = [0.0, 8.0, 45.0, 12.3];
 
 fn tables() -> (Scene, Arc<SpectralModel>, Quadrature, Few) {
     let scene = Scene::new([8, 8]).expect("valid");
