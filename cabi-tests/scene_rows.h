@@ -183,7 +183,7 @@ static const Row scene_rows[] = {
     NUMBER_ROWS(NULL, tolerance_hu, "above 0, at most 1000 HU"),
     NUMBER_ROWS(tolerant, tolerance_mm, "0 (does not matter) … 1e6 mm"),
     NUMBER_ROWS(NULL, few_energies_hu, "above 0, at most 100 HU"),
-    {&projector_create, "scene.tolerance", "out of reach", NULL, PUT(to.scene.tolerance_hu, double, 1e-9), INVALID,
+    {&projector_create, "scene.tolerance", "out of reach", expecting, PUT(to.scene.tolerance_hu, double, 1e-9), INVALID,
      "scene.tolerance is 0.000000001 HU;", "which the engine's methods reach in this scene"},
     {&projector_create, "scene.expected_poses", "misaligned", expecting, ASKEW(to.scene.expected_poses, poses), INVALID,
      "scene.expected_poses is 0x", "aligned to 8 bytes"},

@@ -8,6 +8,8 @@ mod effort;
 mod expected;
 mod judge;
 mod reach;
+#[cfg(test)]
+mod tests;
 
 pub(crate) use cache::Cache;
 pub use candidates::candidates;
