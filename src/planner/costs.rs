@@ -86,8 +86,9 @@ fn kind(method: Method) -> String {
 }
 
 impl Default for Costs {
-    /// As measured by `drr tradeoff`: the CPU engines on two cores of an AMD EPYC at 2.6 GHz, `cuda` on an NVIDIA H100;
-    /// `metal` is the latter's, scaled by the estimate in `benches/README.md`, and has never been measured.
+    /// As `drr tradeoff` measured them in the target case: `cuda` on an NVIDIA H100, `cpu` on 16 cores beside it. `metal` is
+    /// `cuda` times 5.7, the estimate of `benches/README.md`, and has never been measured. Other engines are taken to be
+    /// like `cpu`.
     fn default() -> Self {
         let built_in = serde_json::from_str(include_str!("costs.json"));
         built_in.unwrap_or_else(|error| unreachable!("costs.json: {error}"))
