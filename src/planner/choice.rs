@@ -133,7 +133,12 @@ impl std::fmt::Display for Choice {
                 Verdict::Dearer => "dearer, not measured",
             };
             let error = hu.map_or(String::new(), |e| format!("{:.3} HU, below {:.3}; ", e.rms, e.rms_high));
-            write!(f, "\n        {:<24} {:>9.4} s  {error}{verdict}", method.algorithm.to_string(), seconds)?;
+            write!(
+                f,
+                "\n        {:<24} {:>9.2e} s  {error}{verdict}",
+                method.algorithm.to_string(),
+                seconds
+            )?;
         }
         Ok(())
     }

@@ -1,10 +1,11 @@
 //! What error to expect, in words.
 
-use drr::Algorithm;
 use drr::accuracy::{Certificate, Estimate};
+use drr::{Energies, Method};
 
 /// The lines that say how wrong images of some views are.
-pub(crate) fn lines(certificate: &Certificate, algorithm: Algorithm) -> String {
+pub(crate) fn lines(certificate: &Certificate, method: Method) -> String {
+    let own = if method.energies == Energies::All { "rounding" } else { "rounding and few energies" };
     let Certificate { rays, floor, confidence, total, rounding } = certificate;
     let row = |what: String, estimate: Option<Estimate>, unit: &str| {
         let numbers = estimate.map_or("no ray above the floor".into(), |e| {
@@ -17,7 +18,7 @@ pub(crate) fn lines(certificate: &Certificate, algorithm: Algorithm) -> String {
         format!("error   of the line integral p, measured on {rays} rays of this scene in float64;"),
         format!("        HU-equivalent = 1000 (p - p_ref)/p_ref over rays with p_ref > {floor:.3}; bounds of all rays"),
         format!("        with {:.0} % confidence:", 100.0 * confidence),
-        row(format!("rounding, against {algorithm} in float64"), *rounding, "HU"),
+        row(format!("{own}, against {} in float64", method.algorithm), *rounding, "HU"),
         row("in all, against the exact integral of the voxels".into(), total.hu, "HU"),
         row("displacement of edges that would explain it".into(), total.mm, "mm"),
     ]

@@ -96,7 +96,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     output.write(&arguments.output, arguments.raw)?;
     if !arguments.no_check && !console.is_quiet() {
         let certificate = projector.certify(&poses)?;
-        console.say(certificate::lines(&certificate, projector.plan().method.algorithm));
+        console.say(certificate::lines(&certificate, projector.plan().method));
     }
     console.say(format_args!("wrote   {}", contents(&arguments.output, views.poses.len())));
     Ok(ExitCode::SUCCESS)

@@ -19,7 +19,7 @@ use drr::formats::write_text;
 use drr::geometry::View;
 use drr::planner::{Choice, Costs, Effort, Rates, Timed};
 use drr::volume::Volume;
-use drr::{Algorithm, Method, Projector, Scene, Tolerance};
+use drr::{Algorithm, Context, Method, Projector, Scene, Tolerance};
 
 use crate::console::Console;
 use crate::inputs::{Inputs, Setup};
@@ -164,10 +164,6 @@ impl Study<'_> {
     fn costs(&self, measured: &[Measured]) -> Result<Costs> {
         let context = &self.setup.context;
         let engine = context.backend();
-        let name = match context.device_name().to_string_lossy() {
-            device if device.is_empty() => format!("this machine, {} thread(s)", context.threads()),
-            device => device.into_owned(),
-        };
         let one_ray = measured.iter().filter(|m| m.setting.supersampling == 1 && !m.setting.early_exit);
         let times: Vec<_> = one_ray
             .map(|m| Timed {
@@ -179,13 +175,21 @@ impl Study<'_> {
         let built_in = Costs::default();
         let like =
             built_in.rates(engine).or(built_in.rates(Backend::Cpu)).context("there are built-in rates")?;
-        Ok(Costs::new(name, engine, Rates::fitted(&times, &self.effort()?, like)))
+        Ok(Costs::new(machine(context), engine, Rates::fitted(&times, &self.effort()?, like)))
     }
 
     /// Whether a method is the chosen one.
     fn is_chosen(choice: &Choice, setting: &Setting) -> bool {
         let chosen = choice.chosen().map(|candidate| candidate.method);
         setting.supersampling == 1 && !setting.early_exit && chosen == Some(setting.method)
+    }
+}
+
+/// What the engine runs on, in words.
+fn machine(context: &Context) -> String {
+    match context.device_name().to_string_lossy() {
+        device if device.is_empty() => format!("{} thread(s) of this machine", context.threads()),
+        device => device.into_owned(),
     }
 }
 

@@ -44,11 +44,11 @@ impl Report {
         let [width, height] = study.scene.detector;
         let context = &study.setup.context;
         let scene = format!(
-            "{}: {n0}×{n1}×{n2} voxels, {} view(s) of {width}×{height} pixels, {} with {} thread(s)",
+            "{}: {n0}×{n1}×{n2} voxels, {} view(s) of {width}×{height} pixels, engine {} on {}",
             study.setup.name(),
             study.views.poses.len(),
             context.backend().name(),
-            context.threads(),
+            super::machine(context),
         );
         Self { scene, measured, choice, planning_seconds, chosen, regret }
     }
