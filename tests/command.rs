@@ -309,6 +309,92 @@ fn bench_prints_one_json_object() {
 }
 
 #[test]
+fn tradeoff_measures_every_method_and_draws_it() {
+    let folder = write_inputs();
+    let arguments = [&["tradeoff", "--json", "--repeat", "2", "--tolerance-hu", "20"], &RAW[..], &SMALL];
+    let last = ["--output", "out", "--write-timings", "timings.json"];
+    let json = succeed(folder.path(), &[&arguments.concat()[..], &last].concat());
+    let report: serde_json::Value = serde_json::from_str(&json).expect("one JSON object");
+    assert_eq!(
+        report,
+        serde_json::from_slice::<serde_json::Value>(&bytes(folder.path(), "out/tradeoff.json"))
+            .expect("JSON")
+    );
+    let settings = report["settings"].as_array().expect("settings");
+    let find =
+        |name: &str| settings.iter().find(|s| s["setting"] == name).unwrap_or_else(|| panic!("{name}"));
+    let rms = |name: &str| find(name)["errors"]["hu"]["rms"].as_f64().expect("a number");
+    assert!(rms("march, step 0.125 voxels") < 0.1 * rms("march, step 1 voxels"), "second order, and more");
+    assert!(rms("march, step 1 voxels") < rms("march, step 4 voxels"));
+    assert_eq!(find("siddon")["difference_of_model"], true);
+    let area = |name: &str| find(name)["pixel_area_hu"]["rms"].as_f64().expect("a number");
+    assert!(area("joseph, 3×3 rays") < area("joseph"));
+    let chosen: Vec<_> = settings.iter().filter(|s| s["chosen"] == true).collect();
+    let [chosen] = chosen[..] else { panic!("one is chosen: {chosen:?}") };
+    assert!(chosen["errors"]["hu"]["rms"].as_f64().expect("a number") <= 20.0);
+    let times: Vec<_> = settings.iter().map(|s| s["median_seconds"].as_f64().expect("a number")).collect();
+    assert!(times.is_sorted() && times[0] > 0.0);
+    // Of each on the front, nothing before it is as exact.
+    for (n, own) in settings.iter().enumerate().filter(|(_, s)| s["on_front"] == true) {
+        let error = |s: &serde_json::Value| s["errors"]["hu"]["rms"].as_f64().expect("a number");
+        assert!(settings[..n].iter().all(|s| s["difference_of_model"] == true || error(s) > error(own)));
+    }
+    let names = ["error_chosen.png", "error_joseph.png", "error_siddon.png", "tradeoff.png", "tradeoff.svg"];
+    for name in names {
+        assert!(bytes(folder.path(), &format!("out/{name}")).len() > 1000, "{name}");
+    }
+    // What it has measured is what a planner can be given.
+    let plan =
+        [&["plan", "--json", "--tolerance-hu", "20", "--timings", "timings.json"], &RAW[..], &SMALL].concat();
+    let plan: serde_json::Value = serde_json::from_str(&succeed(folder.path(), &plan)).expect("JSON");
+    assert!(plan["choice"]["costs"].as_str().expect("a name").contains("thread(s)"), "{plan}");
+}
+
+#[test]
+fn a_stated_error_is_kept_over_all_rays() {
+    let folder = write_inputs();
+    let at = |hu: &str| {
+        let own = ["project", "--tolerance-hu", hu, "--raw", "--output", hu, "--layers", "line_integral"];
+        succeed(folder.path(), &[&own[..], &RAW, &SMALL].concat())
+    };
+    let exact = ["--engine", "reference", "--algorithm", "exact", "--raw", "--output", "exact"];
+    succeed(folder.path(), &[&["project", "--layers", "line_integral"], &exact[..], &RAW, &SMALL].concat());
+    let exact = f64s(folder.path(), "exact/view0_line_integral.f64");
+    let floor = 0.05 * exact.iter().copied().fold(0.0, f64::max);
+    for hu in ["50", "5"] {
+        let text = at(hu);
+        assert!(text.contains("tolerance") && text.contains("chosen"), "{text}");
+        let own = f32s(folder.path(), &format!("{hu}/view0_line_integral.f32"));
+        let errors: Vec<f64> = own
+            .iter()
+            .zip(&exact)
+            .filter(|(_, exact)| **exact > floor)
+            .map(|(own, exact)| 1000.0 * (f64::from(*own) / exact - 1.0))
+            .collect();
+        let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+        assert!(rms > 0.0 && rms <= hu.parse().expect("a number"), "{hu} HU: {rms}");
+    }
+}
+
+#[test]
+#[cfg_attr(debug_assertions, ignore = "half a minute without optimisation")]
+fn rounding_grows_for_one_sum_alone() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let report: serde_json::Value =
+        serde_json::from_str(&succeed(folder.path(), &["rounding", "--json"])).expect("one JSON object");
+    let rms = |sums: &str, samples: u64| {
+        let rows = report["rows"].as_array().expect("rows");
+        let row = rows.iter().find(|row| row["sums"] == sums && row["samples"] == samples);
+        row.unwrap_or_else(|| panic!("{sums}: {report}"))["relative_rms"].as_f64().expect("a number")
+    };
+    assert!(rms("naive", 100_000) > 10.0 * rms("naive", 100));
+    for sums in ["blocked", "compensated"] {
+        assert!(rms(sums, 100_000) < 2e-7, "{sums}");
+    }
+    assert!(bytes(folder.path(), "drr-rounding/rounding.svg").starts_with(b"<svg"));
+}
+
+#[test]
 fn plan_says_what_would_run() {
     let folder = write_inputs();
     let text = succeed(folder.path(), &[&["plan"], &RAW[..]].concat());
@@ -353,7 +439,7 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
     std::fs::write(folder.path().join("half.csv"), "energy_keV,weight\n60.5,1\n").expect("written");
     std::fs::write(folder.path().join("alike.csv"), "energy_keV,a b,a_b\n60,0.2,0.2\n").expect("written");
     let ct = ["--ct", "ct.raw", "--dims", "24,20,18", "--spacing", "2,2,2"];
-    let cases: [(&str, Vec<&str>); 30] = [
+    let cases: [(&str, Vec<&str>); 38] = [
         ("--size", vec!["project", "--size", "0x5"]),
         ("--size", vec!["project", "--size", "large"]),
         ("--ct", vec!["project", "--ct", "missing.nii"]),
@@ -380,6 +466,14 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
         ("--algorithm", vec!["project", "--algorithm", "exact"]),
         ("--step", vec!["project", "--algorithm", "march", "--step", "9"]),
         ("--step", vec!["project", "--step", "0.5"]),
+        ("--preset", vec!["project", "--preset", "best"]),
+        ("--tolerance-hu", vec!["project", "--tolerance-hu", "0"]),
+        ("--tolerance-hu", vec!["plan", "--tolerance-hu", "1e-9", "--size", "20x20"]),
+        ("--tolerance-hu", vec!["plan", "--tolerance-hu", "2", "--algorithm", "siddon"]),
+        ("--tolerance-mm", vec!["plan", "--tolerance-mm", "1"]),
+        ("--timings", vec!["plan", "--timings", "ct.raw"]),
+        ("--engine", vec!["tradeoff", "--engine", "reference"]),
+        ("tradeoff measures them all", vec!["tradeoff", "--algorithm", "siddon"]),
         ("--geometry", vec!["project", "--geometry", "ct.raw"]),
         ("--threads", vec!["bench", "--threads", "5000"]),
         ("--device", vec!["bench", "--device", "1"]),

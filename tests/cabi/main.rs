@@ -22,7 +22,7 @@ use thread_sanitizer::ThreadSanitizer;
 use toolchain::{Compiler, Library, launch, run};
 
 /// Programs of `cabi-tests/`.
-const PROGRAMS: [&str; 14] = [
+const PROGRAMS: [&str; 15] = [
     "layout",
     "minimal",
     "errors",
@@ -34,6 +34,7 @@ const PROGRAMS: [&str; 14] = [
     "out_of_memory",
     "against_reference",
     "early_exit",
+    "tolerance",
     "gpu",
     "cuda_stream",
     "pipeline",

@@ -67,6 +67,13 @@ impl<'a> Input<'a> {
         first
     }
 
+    /// The last byte; inputs that know nothing of what it is for go on as before.
+    pub(super) fn last(&mut self) -> u8 {
+        let Some((&last, rest)) = self.bytes.split_last() else { return 0 };
+        self.bytes = rest;
+        last
+    }
+
     fn word(&mut self) -> u64 {
         u64::from_le_bytes(std::array::from_fn(|_| self.byte()))
     }

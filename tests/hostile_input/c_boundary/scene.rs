@@ -20,6 +20,9 @@ const MOST_ENERGIES: usize = 4096;
 const BUILT_IN_ATTENUATION: f64 = 100.0;
 const DEFAULT_SPECTRUM: &CStr = c"W120_2p5Al";
 
+/// Errors that a scene may ask for.
+const ERRORS: [f64; 8] = [2.0, 0.1, 50.0, 1000.0, 1e-12, -1.0, f64::NAN, f64::INFINITY];
+
 /// What is known of a scene that was accepted.
 pub(super) struct Accepted {
     pub(super) scene: DrrScene,
@@ -99,7 +102,14 @@ fn numbers(input: &mut Input<'_>) -> DrrScene {
         scene.assume_init()
     };
     let effects = DRR_EFFECT_POLYENERGETIC | DRR_EFFECT_BONE_PATH;
+    let [tolerance_hu, tolerance_mm, few_energies_hu] = [(); 3].map(|()| match input.last() {
+        byte @ 192.. => ERRORS[usize::from(byte) % ERRORS.len()],
+        _ => 0.0,
+    });
     DrrScene {
+        tolerance_hu,
+        tolerance_mm,
+        few_energies_hu,
         struct_size: input.count(defaults.struct_size, 0..200),
         detector_width: input.count(3, 1..10),
         detector_height: input.count(2, 1..10),
