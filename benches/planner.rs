@@ -58,7 +58,7 @@ fn predictions(context: &Context) {
         let volume = thorax(side);
         let scene = scene(&volume);
         let effort = Effort::new(&scene.expected_views, volume.grid(), &scene).expect("valid");
-        let measured: Vec<_> = candidates(context.backend(), Energies::All)
+        let measured: Vec<_> = candidates(Energies::All)
             .into_iter()
             .map(|method| {
                 let projector = Projector::new(context, volume.clone(), Scene { method, ..scene.clone() });

@@ -60,7 +60,7 @@ mod tolerance;
 pub mod volume;
 
 pub use error::{Error, Result};
-pub use method::{Accumulation, Algorithm, Energies, Method, STEP_RANGE, Storage};
+pub use method::{Accumulation, Algorithm, Energies, FEW_ENERGIES_RANGE, Method, STEP_RANGE, Storage};
 pub use projector::{Context, MAX_THREADS, Projector, ViewRequest};
 pub use scene::{MAX_DETECTOR, MAX_SUPERSAMPLING, Scene};
 pub use tolerance::Tolerance;

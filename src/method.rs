@@ -1,14 +1,17 @@
 //! How a scene is computed: what can be traded between time and error.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 
 /// Smallest and largest march step, voxels along the driving axis.
 pub const STEP_RANGE: [f64; 2] = [1.0 / 64.0, 8.0];
 
+/// Smallest and largest bound of the error of few energies, HU: below, float64's own rounding would be part of it.
+pub const FEW_ENERGIES_RANGE: [f64; 2] = [1e-6, 100.0];
+
 /// How the line integral through the voxels is taken.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Algorithm {
     /// One bilinear sample per slice of the driving axis (Joseph, IEEE TMI 1(3), 192, 1982).
@@ -58,20 +61,20 @@ impl std::fmt::Display for Algorithm {
 }
 
 /// The energies that are summed once per ray.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Energies {
     /// Every bin of the spectrum that has weight.
     All,
     /// As few of them, with other weights, as keep the line integral within a bound that is computed, not sampled.
     Few {
-        /// Largest error of p in HU-equivalents, 1000 Δp/max(p, floor); above 0, at most 100.
+        /// Largest error of p in HU-equivalents, 1000 Δp/max(p, floor); see [`FEW_ENERGIES_RANGE`].
         hu: f64,
     },
 }
 
 /// How the samples along a ray are added.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Accumulation {
     /// One float32 sum from end to end: its error grows with the number of samples. Engine `cpu` only.
@@ -83,7 +86,7 @@ pub enum Accumulation {
 }
 
 /// How an engine holds voxels.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Storage {
     /// As the volume does, without loss: two bytes where HU are integers.
@@ -93,7 +96,7 @@ pub enum Storage {
 }
 
 /// How a scene is computed.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Method {
     /// How line integrals are taken.
     pub algorithm: Algorithm,
@@ -134,8 +137,9 @@ impl Method {
     pub fn validate(self) -> Result<()> {
         self.algorithm.validate()?;
         match self.energies {
-            Energies::Few { hu } if !(hu > 0.0 && hu <= 100.0) => {
-                Err(Error::invalid("scene.few_energies_hu", hu, "above 0, at most 100 HU"))
+            Energies::Few { hu } if !(FEW_ENERGIES_RANGE[0]..=FEW_ENERGIES_RANGE[1]).contains(&hu) => {
+                let [least, most] = FEW_ENERGIES_RANGE;
+                Err(Error::invalid("scene.few_energies_hu", hu, format!("{least:e} … {most} HU")))
             }
             _ => Ok(()),
         }

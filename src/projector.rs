@@ -138,7 +138,7 @@ impl Context {
 
     /// The engine `cpu` on the same threads.
     pub(crate) fn on_cpu(&self) -> Self {
-        Self { backend: Backend::Cpu, device: Device::None, ..self.clone() }
+        Self { backend: Backend::Cpu, device: Device::None, plans: Arc::default(), ..self.clone() }
     }
 
     /// Number of threads.
@@ -190,6 +190,10 @@ impl From<View> for ViewRequest {
 impl Projector {
     /// Plans `scene` for `volume` and makes the context's engine ready. A tolerance, or few energies, are planned by casting
     /// some of the rays of the scene's expected views.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for a scene that is not valid or does not fit the volume, and for a tolerance that no method
+    /// keeps; `Unsupported` for what the engine does not have; `OutOfMemory`; `Device` when a GPU fails.
     pub fn new(context: &Context, volume: Arc<Volume>, scene: Scene) -> Result<Self> {
         let plan = planner::plan(context, &volume, &scene)?;
         Self::planned(context, volume, scene, plan)
@@ -197,11 +201,8 @@ impl Projector {
 
     /// As [`Projector::new`], for a caller who knows what rays will meet, of a scene without a tolerance.
     pub fn with_reach(context: &Context, volume: Arc<Volume>, scene: Scene, reach: &Reach) -> Result<Self> {
-        let plan = Plan::new(&scene, &volume, context.backend, None)?;
-        let plan = match reach.quadrature(&scene)? {
-            None => plan,
-            few => Plan::new(&scene, &volume, context.backend, few)?,
-        };
+        scene.validate()?;
+        let plan = Plan::new(&scene, &volume, context.backend, reach.quadrature(&scene)?)?;
         Self::planned(context, volume, scene, plan)
     }
 

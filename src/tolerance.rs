@@ -1,12 +1,12 @@
 //! The error that a caller can live with.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 
 /// Largest errors of the line integrals of a scene's rays, against the exact integral of the interpolated voxels with
 /// every energy. The planner buys the cheapest method that keeps both.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Tolerance {
     /// Root mean square of 1000 (p − `p_ref`)/`p_ref` over the rays above a twentieth of the largest p, HU-equivalents.
     pub hu: f64,

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use crate::accuracy::{CONFIDENCE, Estimate, Measurement, Sample, Truth};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::View;
 use crate::projector::Projector;
 
@@ -24,7 +24,8 @@ pub struct Certificate {
     pub confidence: f64,
     /// In all: against the exact integral of the interpolated voxels with every energy.
     pub total: Measurement,
-    /// Rounding alone: against the same algorithm in float64, HU.
+    /// Against the same algorithm in float64 with every energy, HU: rounding, and what few energies and voxels of one byte
+    /// give up.
     pub rounding: Option<Estimate>,
 }
 
@@ -34,6 +35,9 @@ impl Certificate {
     /// # Errors
     /// As [`Projector::project`]; `Unsupported` for voxels in a texture.
     pub(crate) fn new(projector: &Projector, views: &[View]) -> Result<Self> {
+        if views.is_empty() {
+            return Err(Error::invalid("views", "empty", "at least one view"));
+        }
         let sample = Sample::new(views, projector.scene().detector, RAYS, SEED);
         let truth = Truth::new(projector.context(), projector.volume(), projector.scene(), sample)?;
         let images = truth.cast(projector)?;

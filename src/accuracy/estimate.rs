@@ -67,8 +67,10 @@ impl Estimate {
         others: usize,
     ) -> Option<Self> {
         let known = Self::of(std::iter::once(all), 1.0);
-        let sampled = sampled.filter(|_| others > 0);
-        let [Some(known), Some(sampled)] = [known, sampled] else { return known.or(sampled) };
+        let Some(known) = known else { return sampled };
+        // Of others that none was looked at of, nothing better is known.
+        let none = Self { rms: 0.0, rms_high: known.max, max: known.max, rays: 0 };
+        let sampled = sampled.unwrap_or(none);
         let (n, m) = (known.rays as f64, others as f64);
         let joined = |of_sampled: f64| ((n * known.rms.powi(2) + m * of_sampled.powi(2)) / (n + m)).sqrt();
         Some(Self {

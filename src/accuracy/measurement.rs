@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::accuracy::{Estimate, Sample};
 use crate::engine::{Images, Layers, SILENT};
 use crate::error::Result;
-use crate::geometry::{Grid, View};
+use crate::geometry::Grid;
 use crate::method::{Algorithm, Method};
 use crate::projector::{Context, Projector, ViewRequest};
 use crate::raycast::Beam;
@@ -57,9 +57,8 @@ impl Truth {
     /// # Errors
     /// As [`Projector::new`] and [`Projector::project`].
     pub fn new(context: &Context, volume: &Arc<Volume>, scene: &Scene, sample: Sample) -> Result<Self> {
-        let layers = Layers { areal_density: true, ..LAYERS };
         let exact = |views: &[ViewRequest], joseph: &Projector| {
-            joseph.reference(Algorithm::Exact, views, layers, SILENT)
+            joseph.reference(Algorithm::Exact, views, LAYERS, SILENT)
         };
         Self::of(context, volume, scene, sample, exact)
     }
@@ -93,7 +92,7 @@ impl Truth {
         let scene = scene.with_method(Algorithm::Joseph.into());
         let scene = Scene { detector: sample.size(), supersampling: 1, bone: None, ..scene };
         let joseph = Projector::new(&context.on_cpu(), volume.clone(), scene)?;
-        let right = cast(&requests(&sample.views([0.0; 2])), &joseph)?;
+        let right = cast(&sample.views([0.0; 2]), &joseph)?;
         let largest = right.line_integral.iter().copied().filter(|p| p.is_finite()).fold(0.0, f64::max);
         let i0 = joseph.scene().spectral_model()?.i0();
         let mut truth = Self { floor: FLOOR * largest, i0, steepness: Vec::new(), right, sample };
@@ -111,7 +110,7 @@ impl Truth {
         self.floor
     }
 
-    /// Intensities, line integrals and areal densities of the rays.
+    /// Intensities and line integrals of the rays.
     pub(crate) fn right(&self) -> &Images<f64> {
         &self.right
     }
@@ -133,7 +132,7 @@ impl Truth {
     /// As [`Projector::project`].
     pub fn cast(&self, projector: &Projector) -> Result<Images<f64>> {
         let projector = projector.with_detector(self.sample.size())?;
-        let images = projector.project(&requests(&self.sample.views([0.0; 2])), LAYERS, SILENT)?;
+        let images = projector.project(&self.sample.views([0.0; 2]), LAYERS, SILENT)?;
         Ok(images.map(|&x| f64::from(x)))
     }
 
@@ -144,7 +143,7 @@ impl Truth {
     pub fn cast_twin(&self, projector: &Projector) -> Result<Images<f64>> {
         let projector = projector.with_detector(self.sample.size())?;
         let algorithm = projector.plan().method.algorithm;
-        projector.reference(algorithm, &requests(&self.sample.views([0.0; 2])), LAYERS, SILENT)
+        projector.reference(algorithm, &self.sample.views([0.0; 2]), LAYERS, SILENT)
     }
 
     /// The errors of line integrals and intensities of the same rays.
@@ -190,7 +189,7 @@ impl Truth {
     /// By the differences to the pixels to the right and below.
     fn steepness(&self, joseph: &Projector) -> Result<Vec<Option<f64>>> {
         let only = Layers { line_integral: true, ..Layers::default() };
-        let cast = |views: &[_]| joseph.project(&requests(views), only, SILENT).map(|i| i.line_integral);
+        let cast = |views: &[ViewRequest]| joseph.project(views, only, SILENT).map(|i| i.line_integral);
         let views = self.sample.views([0.0; 2]);
         let here = cast(&views)?;
         let mut squares = vec![0.0; here.len()];
@@ -218,17 +217,12 @@ impl Truth {
 }
 
 /// Distance from each ray of one list of views to that of the other, near the volume's centre, mm.
-fn distances(views: [&[View]; 2], grid: &Grid, size: [usize; 2]) -> Result<Vec<f64>> {
+fn distances(views: [&[ViewRequest]; 2], grid: &Grid, size: [usize; 2]) -> Result<Vec<f64>> {
     let mut all = Vec::new();
     for (here, there) in views[0].iter().zip(views[1]) {
-        let (here, there) = (Beam::new(here, grid, size)?, Beam::new(there, grid, size)?);
+        let (here, there) = (Beam::new(&here.view, grid, size)?, Beam::new(&there.view, grid, size)?);
         let pixels = (0..size[1]).flat_map(|j| (0..size[0]).map(move |i| (i as f64, j as f64)));
         all.extend(pixels.map(|(i, j)| here.ray(i, j).distance(&there.ray(i, j), grid)));
     }
     Ok(all)
-}
-
-/// What to ask a projector for.
-fn requests(views: &[View]) -> Vec<ViewRequest> {
-    views.iter().map(|&view| view.into()).collect()
 }

@@ -3,6 +3,7 @@
 use glam::DMat4;
 
 use crate::geometry::{DetectorPose, Projection, View};
+use crate::projector::ViewRequest;
 
 /// Samples with starts of their own: their differences tell how far the mean of all is from that of all pixels.
 const REPLICATES: usize = 8;
@@ -41,27 +42,29 @@ impl Sample {
     /// About `rays` of the pixels of `views`, whose detectors have `size` = width × height pixels; `seed` decides which.
     pub fn new(views: &[View], size: [usize; 2], rays: usize, seed: u64) -> Self {
         let every = views.len().div_ceil(MOST_VIEWS).max(1);
-        let some: Vec<&View> = views.iter().step_by(every).collect();
-        let pixels = size[0] * size[1] * some.len();
-        let apart = ((pixels * REPLICATES) as f64 / rays as f64).sqrt().ceil() as usize;
-        let (replicates, stride) = if pixels <= rays { (1, 1) } else { (REPLICATES, apart) };
+        let seen = views.len().div_ceil(every);
+        let all = size[0] * size[1] * seen <= rays && every == 1;
+        let replicates = if all { 1 } else { REPLICATES };
+        let stride = if all { 1 } else { stride(size, rays as f64 / (replicates * seen) as f64) };
         let coarse = size.map(|n| (n / stride).max(1));
         let mut random = Random(seed);
-        let starts: Vec<_> = some.iter().map(|_| [random.unit(), random.unit()]).collect();
+        let starts: Vec<_> = (0..seen).map(|_| [random.unit(), random.unit()]).collect();
         let grid = |(r, v): (usize, usize)| {
             // Random for each view; from there on the replicates lie evenly.
             let start = |axis: usize| (starts[v][axis] + r as f64 * EVENLY[axis]).fract();
             let room = |axis: usize| (size[axis] - (coarse[axis] - 1) * stride) as f64;
             let first = [0, 1].map(|axis| (start(axis) * room(axis)) as usize);
-            PixelGrid { view: *some[v], size, first, stride }
+            // Where not all views are looked at, every replicate looks at others.
+            let view = views[(v * every + r * every / REPLICATES) % views.len()];
+            PixelGrid { view, size, first, stride }
         };
-        let grids = (0..replicates).flat_map(|r| (0..some.len()).map(move |v| (r, v))).map(grid).collect();
+        let grids = (0..replicates).flat_map(|r| (0..seen).map(move |v| (r, v))).map(grid).collect();
         Self { grids, size: coarse, replicates, part: 0.0 }.of_all(views.len() * size[0] * size[1])
     }
 
     /// One even grid of about `rays` pixels per view, with its first pixel as near to the corner as to the opposite one.
     pub fn even(views: &[View], size: [usize; 2], rays: usize) -> Self {
-        let stride = ((size[0] * size[1]) as f64 / rays as f64).sqrt().ceil().max(1.0) as usize;
+        let stride = stride(size, rays as f64);
         let coarse = size.map(|n| n.div_ceil(stride));
         let first = [0, 1].map(|axis| (size[axis] - 1 - (coarse[axis] - 1) * stride) / 2);
         let grids = views.iter().map(|&view| PixelGrid { view, size, first, stride }).collect();
@@ -84,23 +87,23 @@ impl Sample {
 
     /// The views of the first replicate, those of the second, …, with the chosen pixels alone. All their rays go as far to
     /// the right and down of these pixels' centres as `shift` says, pixels.
-    pub fn views(&self, shift: [f64; 2]) -> Vec<View> {
-        self.grids.iter().map(|grid| grid.view(shift, self.size)).collect()
+    pub fn views(&self, shift: [f64; 2]) -> Vec<ViewRequest> {
+        self.grids.iter().map(|grid| grid.view(shift, self.size).into()).collect()
     }
 
     /// Some of its rays, each as a view of one pixel. Ray k is the one whose value is the kth of an image of all views.
-    pub(crate) fn rays_of(&self, rays: &[usize]) -> Vec<View> {
+    pub(crate) fn rays_of(&self, rays: &[usize]) -> Vec<ViewRequest> {
         let [width, height] = self.size;
         let view = |&ray: &usize| {
             let grid = &self.grids[ray / (width * height)];
             let at = [ray % width, ray / width % height];
             let first = [0, 1].map(|axis| grid.first[axis] + grid.stride * at[axis]);
-            PixelGrid { first, ..*grid }.view([0.0; 2], [1, 1])
+            PixelGrid { first, ..*grid }.view([0.0; 2], [1, 1]).into()
         };
         rays.iter().map(view).collect()
     }
 
-    /// Number of replicates; 1 means that the sample has every pixel.
+    /// Number of replicates; 1 where nothing is left to chance.
     pub fn replicates(&self) -> usize {
         self.replicates
     }
@@ -114,6 +117,13 @@ impl Sample {
     pub fn split<'a, T>(&self, values: &'a [T]) -> impl Iterator<Item = &'a [T]> + use<'a, T> {
         values.chunks(values.len() / self.replicates)
     }
+}
+
+/// Which pixels and rows to take of a detector for about so many of them. Of a thin one there is but one column or row.
+fn stride([width, height]: [usize; 2], pixels: f64) -> usize {
+    let (narrow, wide) = (width.min(height) as f64, width.max(height) as f64);
+    let both = (narrow * wide / pixels.max(1.0)).sqrt().ceil().max(1.0);
+    if both <= narrow { both as usize } else { (wide / pixels.max(1.0)).ceil() as usize }
 }
 
 impl PixelGrid {
@@ -184,7 +194,7 @@ mod tests {
                 (0..SIZE[1]).flat_map(|j| (0..SIZE[0]).map(move |i| (i as f64, j as f64))).collect();
             let mut seen = std::collections::HashSet::new();
             for view in &sample.views([0.0; 2]) {
-                let beam = Beam::new(view, &grid, sample.size()).expect("valid");
+                let beam = Beam::new(&view.view, &grid, sample.size()).expect("valid");
                 for (i, j) in [(0, 0), (sample.size()[0] - 1, sample.size()[1] - 1), (2, 1)] {
                     let ray = beam.ray(i as f64, j as f64);
                     let near = |other: f64, own: f64| (other - own).abs() < 1e-6;
@@ -203,6 +213,25 @@ mod tests {
     fn few_pixels_are_all_taken() {
         let sample = Sample::new(&[View::Pose(pose())], SIZE, 97 * 61, 0);
         assert_eq!((sample.replicates(), sample.size()), (1, SIZE));
+    }
+
+    #[test]
+    fn a_thin_detector_gives_no_more_rays_than_asked_for() {
+        for size in [[1, 30_000], [30_000, 1], [3, 20_000]] {
+            let rays = Sample::new(&[View::Pose(pose()); 16], size, 3000, 5).rays();
+            assert!((500..=9000).contains(&rays), "{size:?}: {rays}");
+        }
+    }
+
+    #[test]
+    fn of_many_views_all_get_their_turn() {
+        let views =
+            (0..120).map(|n| View::Pose(DetectorPose { source: DVec3::splat(f64::from(n)), ..pose() }));
+        let sample = Sample::new(&views.collect::<Vec<_>>(), SIZE, 4000, 3);
+        let seen: std::collections::HashSet<_> =
+            sample.grids.iter().map(|grid| format!("{:?}", grid.view)).collect();
+        assert!(seen.len() > 100, "{}", seen.len());
+        assert!(sample.replicates() > 1);
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub struct DrrCertificate {
     pub rmse_mm: f64,
     /// What that over all rays is below.
     pub rmse_mm_bound: f64,
-    /// Root mean square error that rounding alone makes, against the same algorithm in float64, HU.
+    /// Root mean square error against the same algorithm in float64 with every energy, HU: rounding, and few energies.
     pub rounding_rmse_hu: f64,
     /// |p - p_exact| / |p_exact|, Euclidean norms over all rays.
     pub relative_l2: f64,

@@ -82,12 +82,13 @@ pub struct DrrScene {
     /// The error that is allowed: the root mean square of 1000 (p - p_exact) / p_exact over the rays with p above a
     /// twentieth of the largest, HU-equivalents, above 0 to 1000. The projector then takes the cheapest method that is
     /// measured to keep it, with a confidence of 99 %, on rays of the expected views; algorithm, step_voxels and
-    /// few_energies_hu are not read. drr_projector_describe says what was chosen and why. Default 0: no such choice.
+    /// few_energies_hu are not read. drr_projector_describe says what was chosen and why. A volume in a texture cannot be
+    /// measured: DRR_STATUS_UNSUPPORTED. Default 0: no such choice.
     pub tolerance_hu: f64,
     /// The displacement of edges that is allowed as well, root mean square, mm near the volume's centre. Only read with
     /// tolerance_hu. Default 0: it does not matter.
     pub tolerance_mm: f64,
-    /// Instead of every energy, as few are summed as keep p within this error, HU-equivalents, above 0 to 100: a bound
+    /// Instead of every energy, as few are summed as keep p within this error, HU-equivalents, 1e-6 to 100: a bound
     /// that is computed, not measured. Default 0: every energy.
     pub few_energies_hu: f64,
     /// The views that methods are measured on, and of which areal densities are expected; others are projected as well,
@@ -203,7 +204,11 @@ impl DrrScene {
         checked.map_err(|error| error.called("scene.expected_views", "scene.expected_poses")).map(|()| scene)
     }
 
+    /// Not read where a tolerance is stated.
     fn method(&self) -> Result<Method> {
+        if self.tolerance_hu != 0.0 {
+            return Ok(Algorithm::Joseph.into());
+        }
         let algorithm = algorithm(self.algorithm, self.step_voxels).map_err(|error| error.of("scene"))?;
         let energies = match self.few_energies_hu {
             0.0 => Energies::All,

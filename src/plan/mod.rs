@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use crate::engine::Backend;
 use crate::error::{Error, Result};
-use crate::method::{Accumulation, Algorithm, Method, Storage};
+use crate::method::{Accumulation, Algorithm, Energies, Method, Storage};
 use crate::physics::{MassAttenuation, Quadrature};
 use crate::planner::Choice;
 use crate::scene::Scene;
@@ -75,6 +75,7 @@ impl Plan {
     ) -> Result<Self> {
         scene.validate()?;
         engine.check_reads(volume)?;
+        let quadrature = quadrature.filter(|_| engine != Backend::Reference);
         Self::check_method(scene.method, volume, engine)?;
         let names = scene.materials.names();
         Self::check_labels(names, volume)?;
@@ -88,10 +89,10 @@ impl Plan {
             engine,
             detector: scene.detector,
             volume: volume.grid().dimensions(),
-            method: scene.method,
+            method: Self::method(scene.method, quadrature.as_ref()),
             supersampling: scene.supersampling,
             energy_bins: scene.spectral_model()?.bins(),
-            quadrature: quadrature.filter(|_| engine != Backend::Reference),
+            quadrature,
             choice: None,
             block: Self::block(engine, volume),
             stages: Vec::new(),
@@ -101,6 +102,12 @@ impl Plan {
         plan.stages = stage::stages(&plan, scene, volume);
         plan.omissions = stage::omissions(&plan, scene, volume);
         Ok(plan)
+    }
+
+    /// As it is computed: without a quadrature over every energy.
+    fn method(asked: Method, quadrature: Option<&Quadrature>) -> Method {
+        let energies = if quadrature.is_some() { asked.energies } else { Energies::All };
+        Method { energies, ..asked }
     }
 
     /// # Errors

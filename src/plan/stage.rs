@@ -108,7 +108,7 @@ pub(super) fn omissions(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Omis
             });
         }
     }
-    if matches!(plan.method.energies, Energies::Few { .. }) && plan.quadrature.is_none() {
+    if matches!(scene.method.energies, Energies::Few { .. }) && plan.quadrature.is_none() {
         omissions.push(Omission {
             name: "few energies".into(),
             reason: "none are known that keep the bound; all bins are summed".into(),

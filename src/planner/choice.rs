@@ -46,7 +46,7 @@ pub struct Candidate {
 pub struct Choice {
     /// What was asked for.
     pub tolerance: Tolerance,
-    /// With what confidence the chosen method keeps it over all rays of the expected views.
+    /// The confidence that is aimed at: the test `truthfulness` tells how often a tolerance is kept.
     pub confidence: f64,
     /// Rays that the methods were measured on, and those that were integrated exactly.
     pub rays: [usize; 2],
@@ -76,10 +76,9 @@ impl Choice {
             let seconds = costs.seconds(context, method, &effort, summed);
             Candidate { method, seconds, hu: None, mm: None, verdict: Verdict::Dearer }
         };
-        let mut candidates: Vec<_> =
-            candidates(context.backend(), energies).into_iter().map(candidate).collect();
+        let mut candidates: Vec<_> = candidates(energies).into_iter().map(candidate).collect();
         candidates.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
-        let (floor, rays, costs) = (judge.floor(), judge.rays(), costs.name().to_owned());
+        let (floor, rays, costs) = (judge.floor(), judge.rays(), costs.name(context.backend()).to_owned());
         Ok(Self { tolerance, confidence: CONFIDENCE, rays, floor, costs, candidates })
     }
 
@@ -92,14 +91,11 @@ impl Choice {
     /// `InvalidArgument` when no candidate keeps the tolerance.
     pub(super) fn method(&self) -> Result<Method> {
         self.chosen().map(|candidate| candidate.method).ok_or_else(|| {
-            let errors = |error: fn(&Candidate) -> Option<Estimate>| {
-                self.candidates.iter().filter_map(error).map(|e| e.rms_high).fold(f64::INFINITY, f64::min)
-            };
-            let valid = format!(
-                "at least {:.2e} HU and {:.2e} mm, which the engine's methods reach in this scene",
-                errors(|c| c.hu),
-                errors(|c| c.mm)
-            );
+            let high = |error: Option<Estimate>| error.map_or(0.0, |error| error.rms_high);
+            let best = self.candidates.iter().min_by(|a, b| high(a.hu).total_cmp(&high(b.hu)));
+            // Rounded up: it can be had.
+            let [hu, mm] = best.map_or([0.0; 2], |best| [best.hu, best.mm].map(|e| 1.01 * high(e)));
+            let valid = format!("at least {hu:.2e} HU and {mm:.2e} mm, which the finest of the engine's methods reaches in this scene");
             Error::invalid("scene.tolerance", self.tolerance, valid)
         })
     }

@@ -33,9 +33,9 @@ pub struct Costs {
 
 /// One measured time.
 #[derive(Debug, Clone, Copy)]
-pub struct Timed<'a> {
+pub struct Timed {
     /// What ran.
-    pub method: &'a Method,
+    pub method: Method,
     /// Energies of the sum.
     pub energies: usize,
     /// Seconds, times the number of threads on engines of the CPU.
@@ -45,29 +45,33 @@ pub struct Timed<'a> {
 impl Rates {
     /// Fits rates to the times of one scene: Joseph with all and with few energies tell what an energy costs; every method
     /// has its own cost of a sample. What a ray costs is not told apart, and taken from `like`.
-    pub fn fitted(times: &[Timed<'_>], effort: &Effort, like: &Self) -> Self {
+    pub fn fitted(times: &[Timed], effort: &Effort, like: &Self) -> Self {
         let joseph = |few: bool| {
             times.iter().find(|t| {
-                *t.method == Method { energies: t.method.energies, ..Algorithm::Joseph.into() }
+                t.method == Method { energies: t.method.energies, ..Algorithm::Joseph.into() }
                     && few == matches!(t.method.energies, Energies::Few { .. })
             })
         };
+        // How much slower than where `like` was measured.
+        let slower =
+            joseph(false).and_then(|all| Some(all.seconds / like.seconds(all.method, effort, all.energies)?));
+        let slower = slower.unwrap_or(1.0);
         let energy_ns = match (joseph(false), joseph(true)) {
             (Some(all), Some(few)) if all.energies > few.energies && all.seconds > few.seconds => {
                 1e9 * (all.seconds - few.seconds) / (effort.rays * (all.energies - few.energies) as f64)
             }
-            _ => like.energy_ns,
+            // Less than what times can tell.
+            _ => slower * like.energy_ns,
         };
-        let sample_ns = |time: &Timed<'_>| {
-            let of_rays = effort.rays * (like.ray_ns + energy_ns * time.energies as f64);
-            let left = (1e9 * time.seconds - of_rays).max(0.0);
-            (kind(*time.method), left / effort.samples(time.method.algorithm).max(1.0))
-        };
-        // The first of a kind counts: the others differ in their energies only.
-        let mut rates = Self { sample_ns: BTreeMap::new(), ray_ns: like.ray_ns, energy_ns };
+        let mut rates = Self { sample_ns: BTreeMap::new(), ray_ns: slower * like.ray_ns, energy_ns };
         for time in times {
-            let (kind, ns) = sample_ns(time);
-            rates.sample_ns.entry(kind).or_insert(ns);
+            let of_rays = effort.rays * (rates.ray_ns + energy_ns * time.energies as f64);
+            let left = 1e9 * time.seconds - of_rays;
+            // What is not told apart is left to the built-in rates. The first of a kind counts.
+            if left > 0.0 {
+                let ns = left / effort.samples(time.method.algorithm).max(1.0);
+                rates.sample_ns.entry(kind(time.method)).or_insert(ns);
+            }
         }
         rates
     }
@@ -109,6 +113,11 @@ impl Costs {
         let valid = "what drr tradeoff --write-timings writes";
         let costs: Self =
             serde_json::from_str(text).map_err(|error| Error::invalid("timings", error, valid))?;
+        for engine in costs.engines.keys() {
+            if Backend::ALL.iter().all(|known| known.name() != engine) {
+                return Err(Error::invalid("timings", engine, "engines that there are"));
+            }
+        }
         for rates in costs.engines.values() {
             let all = rates.sample_ns.values().chain([&rates.ray_ns, &rates.energy_ns]);
             if let Some(bad) = all.into_iter().find(|rate| !(rate.is_finite() && **rate >= 0.0)) {
@@ -123,9 +132,9 @@ impl Costs {
         serde_json::to_string_pretty(self).unwrap_or_else(|error| unreachable!("numbers and names: {error}"))
     }
 
-    /// Where they were measured.
-    pub fn name(&self) -> &str {
-        &self.name
+    /// Where those of an engine were measured.
+    pub fn name(&self, engine: Backend) -> &str {
+        if self.rates(engine).is_some() { &self.name } else { "built-in rates" }
     }
 
     /// The rates of an engine, if they are known.

@@ -9,6 +9,9 @@ use crate::scene::Scene;
 /// Columns and rows of rays that are looked at in each view.
 const LOOKED_AT: usize = 90;
 
+/// Most views that are looked at.
+const MOST_VIEWS: usize = 64;
+
 /// The rays of some views, and what they cross of a volume.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
@@ -29,7 +32,7 @@ impl Effort {
         let size = scene.detector;
         let strides = size.map(|n| n.div_ceil(LOOKED_AT));
         let (mut looked_at, mut slices, mut voxels) = (0_usize, 0.0, 0.0);
-        for view in views {
+        for view in views.iter().step_by(views.len().div_ceil(MOST_VIEWS).max(1)) {
             let beam = Beam::new(view, grid, size)?;
             for j in (strides[1] / 2..size[1]).step_by(strides[1]) {
                 for i in (strides[0] / 2..size[0]).step_by(strides[0]) {

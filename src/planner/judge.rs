@@ -52,19 +52,16 @@ impl Judge {
             Projector::new(&context.on_cpu(), volume.clone(), scene)
         };
         let joseph = with(Algorithm::Joseph.into())?;
-        let layers = Layers { line_integral: true, areal_density: true, ..Layers::default() };
-        let images = joseph.with_detector(yardstick.sample().size())?.project(
-            &requests(yardstick.sample().views([0.0; 2])),
-            layers,
-            SILENT,
-        )?;
+        let layers = Layers { bone_path: false, ..Layers::ALL };
+        let rays = yardstick.sample().views([0.0; 2]);
+        let images = joseph.with_detector(yardstick.sample().size())?.project(&rays, layers, SILENT)?;
         let (known, hardest) = rays_to_know(&yardstick, &images);
-        let views = requests(yardstick.sample().rays_of(&known));
+        let views = yardstick.sample().rays_of(&known);
         let only = Layers { line_integral: true, ..Layers::default() };
         let exact =
             joseph.with_detector([1, 1])?.reference(Algorithm::Exact, &views, only, SILENT)?.line_integral;
         let reach = Reach::of(&images);
-        let measured = yardstick.compare(&yardstick.cast(&joseph)?);
+        let measured = yardstick.compare(&images.map(|&x| f64::from(x)));
         let of_all =
             |error: Option<Estimate>| error.filter(|e| e.rms > 0.0).map_or(1.0, |e| e.rms_high / e.rms);
         let margin = [measured.hu, measured.mm].map(of_all);
@@ -131,10 +128,11 @@ impl Judge {
         let hardest = known.clone().take(self.hardest).filter_map(error);
         let others: Vec<usize> = known.skip(self.hardest).collect();
         let replicates = others.chunks(OTHERS[1]).map(|rays| rays.iter().copied().filter_map(error));
-        let sampled = Estimate::of(replicates, 0.0);
         let seen = (0..self.yardstick.sample().rays()).filter(|&ray| self.yardstick.is_seen(ray));
         let of_hardest = self.known[..self.hardest].iter().filter(|ray| counts(ray)).count();
-        Estimate::of_strata(hardest, sampled, seen.filter(counts).count() - of_hardest)
+        let unknown = seen.filter(counts).count() - of_hardest;
+        let part = if others.len() >= unknown { 1.0 } else { 0.0 };
+        Estimate::of_strata(hardest, Estimate::of(replicates, part), unknown)
     }
 }
 
@@ -152,8 +150,4 @@ fn rays_to_know(yardstick: &Truth, joseph: &Images<f32>) -> (Vec<usize>, usize) 
     let nth = |n: usize| seen[hardest + n * others / wanted.max(1)];
     known.extend((0..OTHERS[0]).flat_map(|r| (r..wanted).step_by(OTHERS[0])).map(nth));
     (known, hardest)
-}
-
-fn requests(views: Vec<crate::geometry::View>) -> Vec<ViewRequest> {
-    views.into_iter().map(Into::into).collect()
 }

@@ -23,7 +23,7 @@ use std::sync::Arc;
 use crate::accuracy::Sample;
 use crate::engine::Backend;
 use crate::error::Result;
-use crate::method::{Energies, Method};
+use crate::method::{Energies, FEW_ENERGIES_RANGE, Method};
 use crate::plan::Plan;
 use crate::planner::judge::Judge;
 use crate::projector::{Context, Projector};
@@ -65,7 +65,7 @@ pub(crate) fn plan(context: &Context, volume: &Arc<Volume>, scene: &Scene) -> Re
 /// The first candidate, by predicted time, that keeps the tolerance on the sample's rays with the stated confidence.
 fn cheapest(context: &Context, volume: &Arc<Volume>, scene: &Scene, tolerance: Tolerance) -> Result<Plan> {
     let judge = Judge::new(context, volume, scene)?;
-    let few = Energies::Few { hu: ENERGIES_SHARE * tolerance.hu };
+    let few = Energies::Few { hu: (ENERGIES_SHARE * tolerance.hu).max(FEW_ENERGIES_RANGE[0]) };
     let with = |method: Method| scene.with_method(method);
     let quadrature = judge.reach().quadrature(&with(Method { energies: few, ..scene.method }))?;
     let energies = if quadrature.is_some() { few } else { Energies::All };

@@ -54,8 +54,7 @@ impl Reach {
         let scene = Scene { detector: sample.size(), supersampling: 1, bone: None, ..scene };
         let projector = Projector::new(&context.on_cpu(), volume.clone(), scene)?;
         let layers = Layers { line_integral: true, areal_density: true, ..Layers::default() };
-        let views: Vec<_> = sample.views([0.0; 2]).into_iter().map(Into::into).collect();
-        Ok(Self::of(&projector.project(&views, layers, SILENT)?))
+        Ok(Self::of(&projector.project(&sample.views([0.0; 2]), layers, SILENT)?))
     }
 
     /// The few energies that a scene's method asks for. `None` when it asks for all, or there are none.

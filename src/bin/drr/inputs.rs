@@ -1,4 +1,4 @@
-//! What `project`, `plan` and `bench` take, and the projector that comes of it.
+//! What `project`, `plan`, `tradeoff` and `bench` take, and the projector that comes of it.
 
 use std::sync::Arc;
 
@@ -35,6 +35,11 @@ pub(crate) struct Setup<'a> {
 }
 
 impl Inputs {
+    /// Rays per side of a pixel.
+    pub(crate) fn supersampling(&self) -> usize {
+        self.method.supersample
+    }
+
     pub(crate) fn setup(&self) -> Result<Setup<'_>> {
         let (physics, method) = (self.physics.physics()?, self.method.method()?);
         Ok(Setup { inputs: self, physics, context: self.method.context()?, method })
@@ -80,9 +85,10 @@ impl Setup<'_> {
     pub(crate) fn projector_of(&self, volume: Arc<Volume>, scene: Scene) -> Result<Projector> {
         Projector::new(&self.context, volume, scene).map_err(|error| {
             let argument = match &error {
-                drr::Error::InvalidArgument { argument, .. } if argument == "scene.tolerance" => {
-                    "--tolerance-hu"
+                drr::Error::InvalidArgument { argument, .. } if argument.starts_with("scene.tolerance") => {
+                    "--tolerance-hu or --preset"
                 }
+                drr::Error::Unsupported(_) => "--engine, --algorithm, --sums, --storage",
                 _ => "--materials",
             };
             anyhow::Error::new(error).context(argument)

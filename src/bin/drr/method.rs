@@ -21,7 +21,7 @@ pub(crate) struct MethodArguments {
     #[arg(long, value_name = "VOXELS", value_parser = value::step, allow_negative_numbers = true)]
     step: Option<f64>,
     /// Sum only as many energies as keep the line integral within HU, a bound that is computed
-    #[arg(long, value_name = "HU", value_parser = value::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HU", value_parser = value::few_energies, allow_negative_numbers = true)]
     few_energies: Option<f64>,
     /// How the samples along a ray are added
     #[arg(long, value_enum, default_value = "blocked")]
@@ -33,7 +33,7 @@ pub(crate) struct MethodArguments {
     #[arg(long, value_name = "NAME", conflicts_with_all = METHOD, value_parser = preset_names())]
     preset: Option<String>,
     /// The error that is allowed, HU-equivalents RMSE of the line integral: the cheapest method that keeps it is chosen
-    #[arg(long, value_name = "HU", value_parser = value::positive, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HU", value_parser = value::tolerance, allow_negative_numbers = true)]
     #[arg(conflicts_with_all = METHOD, conflicts_with = "preset")]
     tolerance_hu: Option<f64>,
     /// And the displacement of edges that is allowed, mm RMSE near the volume's centre
@@ -146,9 +146,9 @@ impl MethodArguments {
 
     /// The error that is allowed, if one is stated.
     pub(crate) fn tolerance(&self) -> Option<Tolerance> {
-        let preset = |name: &String| Tolerance::PRESETS.into_iter().find(|(own, _)| own == name);
+        let preset = self.preset.as_ref().and_then(|name| Tolerance::preset(name).ok());
         let stated = |hu| Tolerance { hu, mm: self.tolerance_mm.unwrap_or(f64::INFINITY) };
-        self.preset.as_ref().and_then(preset).map(|(_, own)| own).or(self.tolerance_hu.map(stated))
+        preset.or(self.tolerance_hu.map(stated))
     }
 
     fn algorithm(&self) -> Result<Algorithm> {

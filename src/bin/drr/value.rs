@@ -1,6 +1,6 @@
 //! Values on the command line: sizes, triples, lengths; and numbers as people read them.
 
-use drr::{MAX_DETECTOR, MAX_SUPERSAMPLING, STEP_RANGE};
+use drr::{FEW_ENERGIES_RANGE, MAX_DETECTOR, MAX_SUPERSAMPLING, STEP_RANGE};
 use glam::DVec3;
 
 fn numbers<T: std::str::FromStr, const N: usize>(text: &str, separator: char) -> Option<[T; N]> {
@@ -48,6 +48,23 @@ pub(crate) fn step(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(step) if (least..=most).contains(&step) => Ok(step),
         _ => Err(format!("expected {least} to {most} voxels")),
+    }
+}
+
+/// A bound of the error of few energies, HU.
+pub(crate) fn few_energies(text: &str) -> Result<f64, String> {
+    within(text, FEW_ENERGIES_RANGE)
+}
+
+/// An error that is allowed, HU.
+pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
+    within(text, [f64::MIN_POSITIVE, 1000.0]).map_err(|_| "expected above 0, at most 1000 HU".into())
+}
+
+fn within(text: &str, [least, most]: [f64; 2]) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (least..=most).contains(&value) => Ok(value),
+        _ => Err(format!("expected {least:e} to {most} HU")),
     }
 }
 

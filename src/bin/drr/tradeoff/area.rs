@@ -76,8 +76,7 @@ fn mean(
     let mut sums = vec![0.0; sample.rays()];
     for n in 0..side * side {
         let views = sample.views([offset(n % side), offset(n / side)]);
-        let requests: Vec<_> = views.into_iter().map(Into::into).collect();
-        sums.iter_mut().zip(cast(&requests)?).for_each(|(sum, intensity)| *sum += intensity);
+        sums.iter_mut().zip(cast(&views)?).for_each(|(sum, intensity)| *sum += intensity);
     }
     let rays = (side * side) as f64;
     Ok(sums.into_iter().map(|sum| -(sum / rays / i0).ln()).collect())

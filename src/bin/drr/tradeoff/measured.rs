@@ -104,7 +104,7 @@ fn cast(study: &Study<'_>, setting: &Setting, truth: &Truth, projector: &Project
     let scene = drr::Scene { detector: truth.sample().size(), ..study.scene.clone() };
     let projector = study.projector(scene)?;
     let views = truth.sample().views([0.0; 2]);
-    let requests: Vec<_> = views.into_iter().map(|view| request(view, setting)).collect();
+    let requests: Vec<_> = views.into_iter().map(|view| request(view.view, setting)).collect();
     let mut images = projector.project(&requests, LAYERS, SILENT)?.map(|&x| f64::from(x));
     let i0 = study.scene.spectral_model()?.i0();
     images.line_integral = images.intensity.iter().map(|intensity| -(intensity / i0).ln()).collect();

@@ -42,8 +42,8 @@ Every method that the engine has is timed on all views (intensity only) and meas
 exact integral of the interpolated voxels with every energy, in float64. Of Siddon, which takes voxels as constant, the
 difference of model is measured. The chosen method is the planner's for --preset or --tolerance-hu [default: standard].
 
-Files in DIR: tradeoff.json, tradeoff.svg, tradeoff.png (error against time), and error_METHOD.png (signed errors of the
-chosen method, of Joseph's and of Siddon's).")]
+Files in DIR: tradeoff.json, tradeoff.svg, tradeoff.png (error against time), error_chosen.png, error_joseph.png and
+error_siddon.png (signed errors of the chosen method, of Joseph's rule and of Siddon's lengths).")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     inputs: Inputs,
@@ -72,6 +72,11 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     }
     if setup.method != Algorithm::Joseph.into() {
         bail!("a method is given; valid: none, because tradeoff measures them all");
+    }
+    if arguments.inputs.supersampling() > 1 {
+        bail!(
+            "--supersample is given; valid: none, because tradeoff measures one, 2x2 and 3x3 rays per pixel"
+        );
     }
     let volume = Arc::new(setup.load(console)?.volume);
     let views = setup.views(&volume)?;
@@ -167,7 +172,7 @@ impl Study<'_> {
         let one_ray = measured.iter().filter(|m| m.setting.supersampling == 1 && !m.setting.early_exit);
         let times: Vec<_> = one_ray
             .map(|m| Timed {
-                method: &m.setting.method,
+                method: m.setting.method,
                 energies: m.energies,
                 seconds: median(&m.seconds) * context.work_threads() as f64,
             })

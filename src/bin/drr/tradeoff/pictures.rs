@@ -3,15 +3,14 @@
 use std::path::Path;
 
 use anyhow::Result;
-use drr::Algorithm;
 use drr::accuracy::Sample;
 use drr::engine::{Layers, SILENT};
 use drr::formats::error_map;
+use drr::{Algorithm, Tolerance};
 
 use super::Study;
 use super::measured::Measured;
 use super::report::Report;
-use super::setting::Setting;
 use crate::charts::{Chart, Drawing as _, Point, with_colour_bar};
 use crate::console::Console;
 use crate::times::{median, spread};
@@ -56,7 +55,7 @@ impl Pictures<'_> {
             title: "What accuracy costs in time".into(),
             subtitle: self.report.scene.clone(),
             points: self.report.measured.iter().enumerate().map(point).collect(),
-            limit_hu: Some((2.0, "the specification's 2 HU".into())),
+            limit_hu: Some((Tolerance::STANDARD.hu, "the specification's 2 HU".into())),
         }
     }
 
@@ -67,12 +66,10 @@ impl Pictures<'_> {
         let names = ["chosen", "joseph", "siddon"];
         let poses: Vec<_> = self.study.poses().into_iter().take(MAP_VIEWS).collect();
         let sample = Sample::even(&poses, self.study.scene.detector, MAP_PIXELS);
-        let requests: Vec<_> = sample.views([0.0; 2]).into_iter().map(Into::into).collect();
+        let requests = sample.views([0.0; 2]);
         let layers = Layers { line_integral: true, ..Layers::default() };
         let projector = |method| {
-            let setting = Setting::of(method);
-            let scene =
-                drr::Scene { detector: sample.size(), method: setting.method, ..self.study.scene.clone() };
+            let scene = drr::Scene { detector: sample.size(), method, ..self.study.scene.clone() };
             self.study.projector(scene)
         };
         let bar = console.bar("error maps", 1 + methods.len());

@@ -25,7 +25,7 @@ impl Setting {
     /// Everything that an engine has.
     pub(super) fn all(engine: Backend) -> Vec<Self> {
         let joseph = Method::from(Algorithm::Joseph);
-        let mut all: Vec<_> = candidates(engine, Energies::All).into_iter().map(Self::of).collect();
+        let mut all: Vec<_> = candidates(Energies::All).into_iter().map(Self::of).collect();
         all.push(Self::of(Algorithm::Siddon.into()));
         all.extend(FEW.map(|hu| Self::of(Method { energies: Energies::Few { hu }, ..joseph })));
         if engine == Backend::Cpu {
