@@ -108,7 +108,7 @@ static const Row context_rows[] = {
      "options.thread_count is 4294967295;", "0 (one per core) … 1024"},
     TIMINGS_ROW("unknown", "no numbers at all", "options.timings is expected"),
     TIMINGS_ROW("unknown", "{\"name\":\"here\",\"engines\":{\"cpu\":{\"sample_ns\":{},\"ray_ns\":-1,\"energy_ns\":1}}}",
-                "options.timings is -1;"),
+                "options.timings.cpu.ray_ns is -1;"),
     TIMINGS_ROW("not UTF-8", "\xff", "options.timings is "),
     POINTER_ROWS(&context_create, context, handle, "8 bytes"),
     CONTEXT_ROWS(&context_destroy),

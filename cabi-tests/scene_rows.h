@@ -184,7 +184,7 @@ static const Row scene_rows[] = {
     NUMBER_ROWS(tolerant, tolerance_mm, "0 (does not matter) … 1e6 mm"),
     NUMBER_ROWS(NULL, few_energies_hu, "1e-6 … 100 HU"),
     {&projector_create, "scene.tolerance", "out of reach", expecting, PUT(to.scene.tolerance_hu, double, 1e-9), INVALID,
-     "scene.tolerance is 0.000000001 HU;", "which the finest of the engine's methods reaches in this scene"},
+     "scene.tolerance is 1e-9 HU;", "which the finest of the engine's methods reaches in this scene"},
     {&projector_create, "scene.expected_poses", "misaligned", expecting, ASKEW(to.scene.expected_poses, poses), INVALID,
      "scene.expected_poses is 0x", "aligned to 8 bytes"},
     {&projector_create, "scene.expected_poses[1].source", "NaN", expecting, PUT(to.poses[1].source[0], double, NAN),

@@ -416,13 +416,14 @@ typedef struct DrrScene {
     uint32_t bone_material;
     /// The error that is allowed: the root mean square of 1000 (p - p_exact) / p_exact over the rays with p above a
     /// twentieth of the largest, HU-equivalents, above 0 to 1000. The projector then takes the cheapest method that is
-    /// measured to keep it, with a confidence of 99 %, on rays of the expected views; algorithm, step_voxels and
-    /// few_energies_hu are not read. drr_projector_describe says what was chosen and why. Default 0: no such choice.
+    /// measured to keep it, aiming at a confidence of 99 %, on rays of the expected views; algorithm, step_voxels and
+    /// few_energies_hu are not read. drr_projector_describe says what was chosen and why. A volume in a texture cannot be
+    /// measured: DRR_STATUS_UNSUPPORTED. Default 0: no such choice.
     double tolerance_hu;
     /// The displacement of edges that is allowed as well, root mean square, mm near the volume's centre. Only read with
     /// tolerance_hu. Default 0: it does not matter.
     double tolerance_mm;
-    /// Instead of every energy, as few are summed as keep p within this error, HU-equivalents, above 0 to 100: a bound
+    /// Instead of every energy, as few are summed as keep p within this error, HU-equivalents, 1e-6 to 100: a bound
     /// that is computed, not measured. Default 0: every energy.
     double few_energies_hu;
     /// The views that methods are measured on, and of which areal densities are expected; others are projected as well,
@@ -586,7 +587,8 @@ typedef struct DrrCertificate {
     size_t rays;
     /// A twentieth of the largest p among them.
     double floor;
-    /// With what confidence root mean squares over all rays are below the bounds, such as 0.99.
+    /// The confidence that is aimed at, 0.99: that root mean squares over all rays are below the bounds. Where few rays
+    /// have most of the error it is less.
     double confidence;
     /// Root mean square error over the rays that were looked at, HU.
     double rmse_hu;
@@ -599,7 +601,7 @@ typedef struct DrrCertificate {
     double rmse_mm;
     /// What that over all rays is below.
     double rmse_mm_bound;
-    /// Root mean square error that rounding alone makes, against the same algorithm in float64, HU.
+    /// Root mean square error against the same algorithm in float64 with every energy, HU: rounding, and few energies.
     double rounding_rmse_hu;
     /// |p - p_exact| / |p_exact|, Euclidean norms over all rays.
     double relative_l2;
@@ -611,7 +613,7 @@ typedef struct DrrCertificate {
 DrrStatus drr_certificate_init(struct DrrCertificate *certificate);
 
 /// Measures the error of what drr_projector_project_poses gives for `view_count` views, 1 to DRR_MAX_VIEWS; of more than
-/// 16, some are looked at. Takes about as long as the projection of a few thousand rays in float64.
+/// 64, some are looked at. Takes about as long as the projection of a few thousand rays in float64.
 ///
 /// `poses` are only read during the call. Writes `*certificate`, which drr_certificate_init has filled, on success only.
 /// The same call gives the same numbers. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY,

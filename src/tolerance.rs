@@ -56,7 +56,11 @@ impl Tolerance {
 
 impl std::fmt::Display for Tolerance {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{} HU", self.hu)?;
+        if self.hu < 1e-3 {
+            write!(f, "{:e} HU", self.hu)?;
+        } else {
+            write!(f, "{} HU", self.hu)?;
+        }
         if self.mm.is_finite() { write!(f, ", {} mm", self.mm) } else { Ok(()) }
     }
 }

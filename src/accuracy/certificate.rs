@@ -8,7 +8,7 @@ use crate::geometry::View;
 use crate::projector::Projector;
 
 /// Rays that a certificate looks at, about.
-const RAYS: usize = 3000;
+const RAYS: usize = 6000;
 
 /// Decides which; another one than the planner's, so that a plan is not judged by the rays that it was chosen by.
 const SEED: u64 = 2;
@@ -20,7 +20,7 @@ pub struct Certificate {
     pub rays: usize,
     /// The p above which relative errors are taken: a twentieth of the largest.
     pub floor: f64,
-    /// With what confidence root mean squares over all rays are below `rms_high`.
+    /// The confidence that is aimed at: that root mean squares over all rays are below `rms_high`.
     pub confidence: f64,
     /// In all: against the exact integral of the interpolated voxels with every energy.
     pub total: Measurement,

@@ -2,7 +2,8 @@
 
 use serde::Serialize;
 
-/// With what confidence the root mean square over all rays is below [`Estimate::rms_high`].
+/// The confidence that is aimed at with [`Estimate::rms_high`]. Where a few rays have most of the error it is less: the test
+/// `truthfulness` tells how often bounds hold.
 pub const CONFIDENCE: f64 = 0.99;
 
 /// Student's t for that confidence, one-sided, by degrees of freedom from 1 on.
@@ -12,13 +13,16 @@ const STUDENT: [f64; 7] = [31.821, 6.965, 4.541, 3.747, 3.365, 3.143, 2.998];
 /// three has −ln(0.05) (Hanley and Lippman-Hand, JAMA 249(13), 1743, 1983).
 const UNSEEN: f64 = 4.605;
 
+/// How much larger than the largest error seen those may be that are not.
+const LARGER: f64 = 1.5;
+
 /// The size of an error over some rays.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Estimate {
     /// Root mean square over the rays that were looked at.
     pub rms: f64,
     /// What that of all rays is below, with [`CONFIDENCE`]; `rms` itself when all rays were looked at. It leaves room for
-    /// errors as large as the largest seen, as many as could have gone unseen.
+    /// errors half as large again as the largest seen, as many as could have gone unseen.
     pub rms_high: f64,
     /// Largest absolute value among the rays that were looked at.
     pub max: f64,
@@ -52,7 +56,7 @@ impl Estimate {
             1 => 0.0,
             n => STUDENT[(n - 2).min(STUDENT.len() - 1)] * variance.sqrt(),
         };
-        let unseen = UNSEEN * max * max / rays;
+        let unseen = UNSEEN * (LARGER * max).powi(2) / rays;
         let rms_high = (mean_square + (1.0 - part) * f64::max(spread, unseen)).sqrt();
         Some(Self { rms: mean_square.sqrt(), rms_high, max, rays: rays as usize })
     }

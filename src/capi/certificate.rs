@@ -25,7 +25,8 @@ pub struct DrrCertificate {
     pub rays: usize,
     /// A twentieth of the largest p among them.
     pub floor: f64,
-    /// With what confidence root mean squares over all rays are below the bounds, such as 0.99.
+    /// The confidence that is aimed at, 0.99: that root mean squares over all rays are below the bounds. Where few rays
+    /// have most of the error it is less.
     pub confidence: f64,
     /// Root mean square error over the rays that were looked at, HU.
     pub rmse_hu: f64,
@@ -100,7 +101,7 @@ pub unsafe extern "C" fn drr_certificate_init(certificate: *mut DrrCertificate) 
 }
 
 /// Measures the error of what drr_projector_project_poses gives for `view_count` views, 1 to DRR_MAX_VIEWS; of more than
-/// 16, some are looked at. Takes about as long as the projection of a few thousand rays in float64.
+/// 64, some are looked at. Takes about as long as the projection of a few thousand rays in float64.
 ///
 /// `poses` are only read during the call. Writes `*certificate`, which drr_certificate_init has filled, on success only.
 /// The same call gives the same numbers. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY,

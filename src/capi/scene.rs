@@ -81,7 +81,7 @@ pub struct DrrScene {
     pub bone_material: u32,
     /// The error that is allowed: the root mean square of 1000 (p - p_exact) / p_exact over the rays with p above a
     /// twentieth of the largest, HU-equivalents, above 0 to 1000. The projector then takes the cheapest method that is
-    /// measured to keep it, with a confidence of 99 %, on rays of the expected views; algorithm, step_voxels and
+    /// measured to keep it, aiming at a confidence of 99 %, on rays of the expected views; algorithm, step_voxels and
     /// few_energies_hu are not read. drr_projector_describe says what was chosen and why. A volume in a texture cannot be
     /// measured: DRR_STATUS_UNSUPPORTED. Default 0: no such choice.
     pub tolerance_hu: f64,

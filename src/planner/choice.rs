@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::accuracy::{CONFIDENCE, Estimate};
 use crate::error::{Error, Result};
-use crate::method::{Energies, Method};
+use crate::method::{Algorithm, Energies, Method};
 use crate::physics::Quadrature;
 use crate::planner::candidates::candidates;
 use crate::planner::judge::Judge;
@@ -22,8 +22,10 @@ pub enum Verdict {
     Chosen,
     /// Cheaper, but its error is too large.
     MissesTolerance,
-    /// Dearer than the chosen one, and not measured.
-    Dearer,
+    /// Not measured: dearer than the chosen one, or there is nothing to measure.
+    NotMeasured,
+    /// Taken without having been measured: no ray of the expected views meets anything.
+    TakenUnmeasured,
 }
 
 /// A method that was considered.
@@ -74,7 +76,7 @@ impl Choice {
         let costs = context.costs();
         let candidate = |method: Method| {
             let seconds = costs.seconds(context, method, &effort, summed);
-            Candidate { method, seconds, hu: None, mm: None, verdict: Verdict::Dearer }
+            Candidate { method, seconds, hu: None, mm: None, verdict: Verdict::NotMeasured }
         };
         let mut candidates: Vec<_> = candidates(energies).into_iter().map(candidate).collect();
         candidates.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
@@ -84,7 +86,15 @@ impl Choice {
 
     /// The chosen candidate.
     pub fn chosen(&self) -> Option<&Candidate> {
-        self.candidates.iter().find(|candidate| candidate.verdict == Verdict::Chosen)
+        let taken = [Verdict::Chosen, Verdict::TakenUnmeasured];
+        self.candidates.iter().find(|candidate| taken.contains(&candidate.verdict))
+    }
+
+    /// Takes an algorithm as there is nothing to measure.
+    pub(super) fn take_unmeasured(&mut self, algorithm: Algorithm) {
+        for candidate in self.candidates.iter_mut().filter(|c| c.method.algorithm == algorithm) {
+            candidate.verdict = Verdict::TakenUnmeasured;
+        }
     }
 
     /// # Errors
@@ -118,7 +128,7 @@ impl std::fmt::Display for Choice {
         let Self { tolerance, confidence, rays: [rays, exact], costs, .. } = self;
         write!(
             f,
-            "  tolerance {tolerance} RMSE, with {:.0} % confidence by {rays} rays and {exact} exact ones; predicted times by {costs}:",
+            "  tolerance {tolerance} RMSE, aiming at {:.0} % confidence, by {rays} rays and {exact} exact ones; predicted times by {costs}:",
             100.0 * confidence
         )?;
         for candidate in &self.candidates {
@@ -126,9 +136,10 @@ impl std::fmt::Display for Choice {
             let verdict = match verdict {
                 Verdict::Chosen => "chosen",
                 Verdict::MissesTolerance => "misses it",
-                Verdict::Dearer => "dearer, not measured",
+                Verdict::NotMeasured => "not measured",
+                Verdict::TakenUnmeasured => "taken unmeasured: no ray of the expected views meets anything",
             };
-            let error = hu.map_or(String::new(), |e| format!("{:.3} HU, below {:.3}; ", e.rms, e.rms_high));
+            let error = hu.map_or(String::new(), |e| format!("{:.2e} HU, below {:.3e}; ", e.rms, e.rms_high));
             write!(
                 f,
                 "\n        {:<24} {:>9.2e} s  {error}{verdict}",

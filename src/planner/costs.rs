@@ -22,6 +22,9 @@ pub struct Rates {
     pub energy_ns: f64,
 }
 
+/// Largest rate, ns.
+const MOST_NS: f64 = 1e9;
+
 /// The rates of some engines on some machine.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -118,11 +121,22 @@ impl Costs {
                 return Err(Error::invalid("timings", engine, "engines that there are"));
             }
         }
-        for rates in costs.engines.values() {
-            let all = rates.sample_ns.values().chain([&rates.ray_ns, &rates.energy_ns]);
-            if let Some(bad) = all.into_iter().find(|rate| !(rate.is_finite() && **rate >= 0.0)) {
-                return Err(Error::invalid("timings", bad, "rates of at least 0 ns"));
+        for (engine, rates) in &costs.engines {
+            let named = rates.sample_ns.iter().map(|(kind, rate)| (kind.as_str(), rate, f64::MIN_POSITIVE));
+            let all = named.chain([("ray_ns", &rates.ray_ns, 0.0), ("energy_ns", &rates.energy_ns, 0.0)]);
+            for (kind, rate, least) in all {
+                if !(least..=MOST_NS).contains(rate) {
+                    let valid = if least > 0.0 { "above 0 ns" } else { "at least 0 ns" };
+                    return Err(Error::invalid(format!("timings.{engine}.{kind}"), rate, valid));
+                }
             }
+        }
+        if costs.name.chars().any(char::is_control) {
+            return Err(Error::invalid(
+                "timings.name",
+                costs.name.escape_debug(),
+                "text without control characters",
+            ));
         }
         Ok(costs)
     }

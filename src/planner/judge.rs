@@ -80,6 +80,11 @@ impl Judge {
         self.yardstick.floor()
     }
 
+    /// Whether no ray meets anything that could be measured.
+    pub(super) fn sees_nothing(&self) -> bool {
+        self.known.is_empty()
+    }
+
     /// The rays that candidates are measured on, and those that are known exactly.
     pub(super) fn rays(&self) -> [usize; 2] {
         [self.yardstick.sample().rays(), self.known.len()]

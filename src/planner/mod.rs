@@ -22,8 +22,8 @@ use std::sync::Arc;
 
 use crate::accuracy::Sample;
 use crate::engine::Backend;
-use crate::error::Result;
-use crate::method::{Energies, FEW_ENERGIES_RANGE, Method};
+use crate::error::{Error, Result};
+use crate::method::{Algorithm, Energies, FEW_ENERGIES_RANGE, Method};
 use crate::plan::Plan;
 use crate::planner::judge::Judge;
 use crate::projector::{Context, Projector};
@@ -52,6 +52,11 @@ pub(crate) fn plan(context: &Context, volume: &Arc<Volume>, scene: &Scene) -> Re
     if scene.tolerance.is_none() && !few {
         return Ok(plain);
     }
+    if engine == Backend::Reference {
+        return Err(Error::Unsupported(
+            "the engine reference chooses no method: it is exact with exact".into(),
+        ));
+    }
     context.plans().get_or_make(volume, scene, || {
         if let Some(tolerance) = scene.tolerance {
             return cheapest(context, volume, scene, tolerance);
@@ -71,7 +76,13 @@ fn cheapest(context: &Context, volume: &Arc<Volume>, scene: &Scene, tolerance: T
     let energies = if quadrature.is_some() { few } else { Energies::All };
     let cpu = context.on_cpu();
     let mut choice = Choice::new(context, volume, scene, tolerance, energies, &judge, quadrature.as_ref())?;
+    if judge.sees_nothing() {
+        choice.take_unmeasured(Algorithm::Joseph);
+    }
     for candidate in &mut choice.candidates {
+        if judge.sees_nothing() {
+            break;
+        }
         // Engines keep float32's bound against the same algorithm in float64, so that the CPU's speaks for all.
         let scene = with(candidate.method);
         let plan = Plan::new(&scene, volume, Backend::Cpu, quadrature.clone())?;

@@ -42,7 +42,7 @@ fn what_is_cheaper_misses_the_tolerance_and_what_is_dearer_is_not_measured() {
         let (cheaper, dearer) = (&choice.candidates[..chosen], &choice.candidates[chosen + 1..]);
         assert!(choice.candidates.is_sorted_by(|a, b| a.seconds <= b.seconds));
         assert!(cheaper.iter().all(|c| c.hu.is_some_and(|error| error.rms_high > hu)), "{choice}");
-        assert!(dearer.iter().all(|c| c.verdict == Verdict::Dearer && c.hu.is_none()), "{choice}");
+        assert!(dearer.iter().all(|c| c.verdict == Verdict::NotMeasured && c.hu.is_none()), "{choice}");
         assert!(choice.candidates[chosen].hu.is_some_and(|error| error.rms_high <= hu), "{choice}");
         assert_eq!(plan.method, choice.candidates[chosen].method);
     }
@@ -121,6 +121,31 @@ fn the_costs_decide_which_is_cheapest() {
     for step in [1.0, 0.25] {
         assert_eq!(free(step), Algorithm::March { step });
     }
+}
+
+#[test]
+fn where_nothing_is_met_nothing_is_said_to_be_kept() {
+    let far = DetectorPose::c_arm(DVec3::new(1e4, 0.0, 0.0), 0.0, 1000.0, 1500.0, 1.0, [24, 20]);
+    let scene = Scene { expected_views: vec![View::Pose(far)], ..scene(0.1) };
+    let choice = plan(&context(), &blocks([40, 32, 24]), &scene).expect("planned").choice.expect("a choice");
+    assert!(choice.candidates.iter().all(|c| c.verdict != Verdict::Chosen && c.hu.is_none()), "{choice}");
+    assert_eq!(choice.chosen().map(|c| c.method.algorithm), Some(Algorithm::Joseph));
+}
+
+#[test]
+fn one_view_of_many_that_sees_the_most_error_is_not_overlooked() {
+    let volume = blocks([40, 32, 24]);
+    let at = |angle| View::Pose(DetectorPose::c_arm(DVec3::ZERO, angle, 1000.0, 1500.0, 6.0, [24, 20]));
+    let far = View::Pose(DetectorPose::c_arm(DVec3::new(1e4, 0.0, 0.0), 0.0, 1000.0, 1500.0, 1.0, [24, 20]));
+    let mut views = vec![far; 40];
+    views.push(at(45.0));
+    let seen = |views: Vec<View>| {
+        let plan =
+            plan(&context(), &volume, &Scene { expected_views: views, ..scene(3.0) }).expect("planned");
+        plan.choice.and_then(|choice| choice.chosen()?.hu).expect("measured").rms
+    };
+    let (among_many, alone) = (seen(views), seen(vec![at(45.0)]));
+    assert!((among_many / alone - 1.0).abs() < 0.5, "{among_many} and {alone}");
 }
 
 #[test]

@@ -16,8 +16,8 @@ pub(crate) fn lines(certificate: &Certificate, method: Method) -> String {
     };
     [
         format!("error   of the line integral p, measured on {rays} rays of this scene in float64;"),
-        format!("        HU-equivalent = 1000 (p - p_ref)/p_ref over rays with p_ref > {floor:.3}; bounds of all rays"),
-        format!("        with {:.0} % confidence:", 100.0 * confidence),
+        format!("        HU-equivalent = 1000 (p - p_ref)/p_ref over rays with p_ref > {floor:.3}; estimates of all rays"),
+        format!("        aim at {:.0} % confidence:", 100.0 * confidence),
         row(format!("{own}, against {} in float64", method.algorithm), *rounding, "HU"),
         row("in all, against the exact integral of the voxels".into(), total.hu, "HU"),
         row("displacement of edges that would explain it".into(), total.mm, "mm"),

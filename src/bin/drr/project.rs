@@ -97,6 +97,13 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     if !arguments.no_check && !console.is_quiet() {
         let certificate = projector.certify(&poses)?;
         console.say(certificate::lines(&certificate, projector.plan().method));
+        let allowed = projector.scene().tolerance.map_or(f64::INFINITY, |tolerance| tolerance.hu);
+        if let Some(hu) = certificate.total.hu.filter(|hu| hu.rms > allowed) {
+            Console::warn(format_args!(
+                "{:.3} HU are more than the {allowed} that are allowed: on these rays, others than the method was chosen by",
+                hu.rms
+            ));
+        }
     }
     console.say(format_args!("wrote   {}", contents(&arguments.output, views.poses.len())));
     Ok(ExitCode::SUCCESS)

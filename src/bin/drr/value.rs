@@ -97,5 +97,9 @@ pub(crate) fn prefixed(value: f64) -> String {
 
 /// A duration in seconds or ms.
 pub(crate) fn seconds(seconds: f64) -> String {
-    if seconds < 1.0 { format!("{:.2} ms", 1e3 * seconds) } else { format!("{seconds:.3} s") }
+    match seconds {
+        ..1e-4 => format!("{:.1} µs", 1e6 * seconds),
+        ..1.0 => format!("{:.2} ms", 1e3 * seconds),
+        _ => format!("{seconds:.3} s"),
+    }
 }

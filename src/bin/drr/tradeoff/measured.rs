@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use drr::accuracy::{Estimate, Measurement, Truth};
-use drr::engine::{Images, Layers, SILENT};
+use drr::engine::{Backend, Images, Layers, SILENT};
 use drr::{Projector, ViewRequest};
 
 use super::Study;
@@ -47,6 +47,10 @@ pub(super) fn all(
     let mut all = Vec::new();
     for setting in settings {
         let projector = study.projector_of(&setting)?;
+        // One energy has no fewer.
+        if setting.method.energies != projector.plan().method.energies {
+            continue;
+        }
         let images = cast(study, &setting, truth, &projector)?;
         let energies = projector
             .plan()
@@ -62,7 +66,7 @@ pub(super) fn all(
         all.push((projector, Measured { setting, seconds: Vec::new(), energies, predicted, errors, area }));
         bar.inc(1);
     }
-    if projector_times(&all[0].0).is_some() {
+    if study.setup.context.backend() != Backend::Cpu {
         // The first run of a kernel compiles it.
         for (projector, measured) in &all {
             time(study, &measured.setting, projector)?;

@@ -98,10 +98,8 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         Console::answer(report.to_json());
     }
     console.say(report.table());
-    console.say(format_args!(
-        "wrote   tradeoff.json, tradeoff.svg, tradeoff.png, error maps in {}",
-        arguments.output.display()
-    ));
+    console
+        .say(format_args!("wrote   tradeoff.json, chart and error maps in {}", arguments.output.display()));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -30,6 +30,10 @@ pub(super) struct Pictures<'a> {
 
 impl Pictures<'_> {
     pub(super) fn write(&self, console: Console) -> Result<()> {
+        if self.report.measured.iter().all(|m| m.errors.hu.is_none()) {
+            Console::warn("no ray of these views meets anything: there is nothing to draw");
+            return Ok(());
+        }
         let chart = self.chart();
         chart.write_svg(&self.folder.join("tradeoff.svg"))?;
         chart.write_png(&self.folder.join("tradeoff.png"))?;

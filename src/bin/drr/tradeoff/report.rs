@@ -35,6 +35,7 @@ impl Report {
             let within =
                 |error: Option<drr::accuracy::Estimate>, most: f64| error.is_none_or(|e| e.rms <= most);
             m.setting.is_candidate()
+                && m.errors.hu.is_some()
                 && within(m.errors.hu, study.tolerance.hu)
                 && within(m.errors.mm, study.tolerance.mm)
         };
@@ -58,7 +59,9 @@ impl Report {
         let error = |m: &Measured| m.errors.hu.map_or(0.0, |e| e.rms);
         let own = &self.measured[n];
         let better = |m: &Measured| !m.setting.is_of_another_model() && error(m) <= error(own);
-        !own.setting.is_of_another_model() && !self.measured[..n].iter().any(better)
+        own.errors.hu.is_some()
+            && !own.setting.is_of_another_model()
+            && !self.measured[..n].iter().any(better)
     }
 
     pub(super) fn to_json(&self) -> serde_json::Value {
@@ -117,8 +120,10 @@ impl Report {
                 _ => " ",
             };
             let [least, most] = spread(&m.seconds);
-            let [rms, high, max] =
-                m.errors.hu.map_or([f64::NAN; 3], |e| [e.rms, e.rms_high - e.rms, e.max]).map(short);
+            let [rms, high, max] = m
+                .errors
+                .hu
+                .map_or(["-"; 3].map(String::from), |e| [e.rms, e.rms_high - e.rms, e.max].map(short));
             lines.push(format!(
                 "{mark} {:<34} {:>10} {:>17} {:>7.2}x {rms:>9} {high:>9} {max:>8} {:>8} {:>8} {:>8}",
                 m.setting.name,
@@ -148,13 +153,10 @@ impl Report {
             "  mm: displacement of edges that would explain it; area: against the mean over the pixel; Siddon: a difference of model"
                 .into(),
         ];
-        let regret = self
-            .regret
-            .map_or(String::new(), |r| format!(", {r:.2} times the fastest that keeps the tolerance"));
-        notes.push(format!(
-            "  planning took {}; the chosen method is measured{regret}",
-            seconds(self.planning_seconds)
-        ));
+        let regret = self.regret.map_or(String::new(), |r| {
+            format!("; the chosen method took {r:.2} times as long as the fastest that keeps the tolerance")
+        });
+        notes.push(format!("  planning took {}{regret}", seconds(self.planning_seconds)));
         notes
     }
 }
