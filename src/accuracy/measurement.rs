@@ -15,7 +15,7 @@ use crate::scene::Scene;
 use crate::volume::Volume;
 
 /// Rays below this part of the largest line integral are left out of relative errors.
-const FLOOR: f64 = 0.05;
+pub const FLOOR: f64 = 0.05;
 
 /// The part of the rays that counts as steep: those where the line integral changes fastest across the detector.
 const STEEP: f64 = 0.1;

@@ -7,5 +7,5 @@ mod sample;
 
 pub use certificate::Certificate;
 pub use estimate::{CONFIDENCE, Estimate};
-pub use measurement::{Measurement, Truth};
+pub use measurement::{FLOOR, Measurement, Truth};
 pub use sample::Sample;

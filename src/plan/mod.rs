@@ -17,7 +17,8 @@ use crate::planner::Choice;
 use crate::scene::Scene;
 use crate::volume::{Volume, Voxels};
 
-/// A projector's plan: a pure function of scene and volume. It prints as text and serialises as JSON.
+/// A projector's plan: a function of scene, volume and engine and, where the scene states a tolerance, of what was measured
+/// and of the context's costs. It prints as text and serialises as JSON.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plan {
     /// Library version that made the plan.

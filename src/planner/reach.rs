@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::accuracy::Sample;
+use crate::accuracy::{FLOOR, Sample};
 use crate::engine::{Images, Layers, SILENT};
 use crate::error::Result;
 use crate::method::{Algorithm, Energies};
@@ -13,9 +13,6 @@ use crate::volume::Volume;
 
 /// How much more matter rays may meet than those that were cast to find out.
 const BETWEEN_RAYS: f64 = 1.25;
-
-/// The part of the largest line integral below which errors are no longer relative.
-const FLOOR: f64 = 0.05;
 
 /// How much matter rays of a volume meet: up to there few energies are to stand for all. Rays beyond are summed over all
 /// energies, so that a reach that is too small costs time, one that is too large a few energies more, and neither the

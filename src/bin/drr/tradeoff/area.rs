@@ -1,7 +1,7 @@
 //! A pixel has an area: how far rays through its centre, or a few of them, are from the mean over it.
 
 use anyhow::Result;
-use drr::accuracy::{Estimate, Sample};
+use drr::accuracy::{Estimate, FLOOR, Sample};
 use drr::engine::{Layers, SILENT};
 use drr::{Algorithm, Projector, Scene};
 
@@ -32,7 +32,7 @@ impl Area {
             Ok(projector.reference(Algorithm::Exact, views, INTENSITY, SILENT)?.intensity)
         };
         let line_integral = mean(&sample, TRUE_SIDE, i0, |views| exact(&projector, views))?;
-        let floor = 0.05 * line_integral.iter().copied().filter(|p| p.is_finite()).fold(0.0, f64::max);
+        let floor = FLOOR * line_integral.iter().copied().filter(|p| p.is_finite()).fold(0.0, f64::max);
         Ok(Self { sample, line_integral, i0, floor })
     }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use drr::accuracy::Sample;
+use drr::accuracy::{FLOOR, Sample};
 use drr::engine::{Layers, SILENT};
 use drr::formats::error_map;
 use drr::{Algorithm, Tolerance};
@@ -79,7 +79,7 @@ impl Pictures<'_> {
         let bar = console.bar("error maps", 1 + methods.len());
         let exact = projector(super::joseph())?.reference(Algorithm::Exact, &requests, layers, SILENT)?;
         bar.inc(1);
-        let floor = 0.05 * exact.line_integral.iter().copied().filter(|p| p.is_finite()).fold(0.0, f64::max);
+        let floor = FLOOR * exact.line_integral.iter().copied().filter(|p| p.is_finite()).fold(0.0, f64::max);
         for (method, name) in methods.into_iter().zip(names) {
             let Some(method) = method else { continue };
             let images = projector(method)?.project(&requests, layers, SILENT)?;
