@@ -139,14 +139,20 @@ impl std::fmt::Display for Choice {
                 Verdict::NotMeasured => "not measured",
                 Verdict::TakenUnmeasured => "taken unmeasured: no ray of the expected views meets anything",
             };
-            let error = hu.map_or(String::new(), |e| format!("{:.2e} HU, below {:.3e}; ", e.rms, e.rms_high));
-            write!(
-                f,
-                "\n        {:<24} {:>9.2e} s  {error}{verdict}",
-                method.algorithm.to_string(),
-                seconds
-            )?;
+            let error =
+                hu.map_or(String::new(), |e| format!("{} HU, below {}; ", digits(e.rms), digits(e.rms_high)));
+            let (algorithm, seconds) = (method.algorithm.to_string(), digits(*seconds));
+            write!(f, "\n        {algorithm:<24} {seconds:>9} s  {error}{verdict}")?;
         }
         Ok(())
+    }
+}
+
+/// Four digits, with an exponent where zeros would hide them.
+fn digits(value: f64) -> String {
+    match value {
+        0.0 | 1.0.. => format!("{value:.3}"),
+        0.01.. => format!("{value:.4}"),
+        _ => format!("{value:.3e}"),
     }
 }
