@@ -439,7 +439,7 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
     std::fs::write(folder.path().join("half.csv"), "energy_keV,weight\n60.5,1\n").expect("written");
     std::fs::write(folder.path().join("alike.csv"), "energy_keV,a b,a_b\n60,0.2,0.2\n").expect("written");
     let ct = ["--ct", "ct.raw", "--dims", "24,20,18", "--spacing", "2,2,2"];
-    let cases: [(&str, Vec<&str>); 42] = [
+    let cases: [(&str, Vec<&str>); 43] = [
         ("--size", vec!["project", "--size", "0x5"]),
         ("--size", vec!["project", "--size", "large"]),
         ("--ct", vec!["project", "--ct", "missing.nii"]),
@@ -478,6 +478,7 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
         ("--few-energies", vec!["plan", "--few-energies", "500"]),
         ("--tolerance-hu", vec!["plan", "--tolerance-hu", "5000"]),
         ("--sums", vec!["plan", "--sums", "naive", "--engine", "reference"]),
+        ("takes no tolerance", vec!["plan", "--engine", "reference", "--tolerance-hu", "2"]),
         ("--geometry", vec!["project", "--geometry", "ct.raw"]),
         ("--threads", vec!["bench", "--threads", "5000"]),
         ("--device", vec!["bench", "--device", "1"]),

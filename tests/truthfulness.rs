@@ -117,8 +117,7 @@ fn scene(volume: &Volume, random: &mut Random) -> Scene {
     scene
 }
 
-/// The specification's third demand is that tests can fail: a planner that ignores its measurements fails this one at the
-/// first coarse march.
+/// Planned by 1300 exact rays alone, 10 of 208 cases broke their tolerance here.
 #[test]
 fn the_error_over_all_rays_keeps_the_tolerance() {
     let context = Context::new(Backend::Cpu, 0).expect("threads start");

@@ -89,7 +89,7 @@ pub struct DrrScene {
     /// tolerance_hu. Default 0: it does not matter.
     pub tolerance_mm: f64,
     /// Instead of every energy, as few are summed as keep p within this error, HU-equivalents, 1e-6 to 100: a bound
-    /// that is computed, not measured. Default 0: every energy.
+    /// that is computed, not measured. DRR_STATUS_UNSUPPORTED for a volume in a texture. Default 0: every energy.
     pub few_energies_hu: f64,
     /// The views that methods are measured on, and of which areal densities are expected; others are projected as well,
     /// with an error that has not been measured. Default NULL: C-arm views all around that see the whole volume.

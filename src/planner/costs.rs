@@ -47,7 +47,8 @@ pub struct Timed {
 
 impl Rates {
     /// Fits rates to the times of one scene: Joseph with all and with few energies tell what an energy costs; every method
-    /// has its own cost of a sample. What a ray costs is not told apart, and taken from `like`.
+    /// has its own cost of a sample. What a ray costs is not told apart, and taken
+    /// from `like`, scaled by how much slower Joseph is here.
     pub fn fitted(times: &[Timed], effort: &Effort, like: &Self) -> Self {
         let joseph = |few: bool| {
             times.iter().find(|t| {

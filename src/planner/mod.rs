@@ -47,14 +47,16 @@ const ENERGIES_SHARE: f64 = 0.05;
 pub(crate) fn plan(context: &Context, volume: &Arc<Volume>, scene: &Scene) -> Result<Plan> {
     let engine = context.backend();
     // What is wrong with scene, volume or engine is told before any ray is cast.
-    let plain = Plan::new(scene, volume, engine, None)?;
+    scene.validate()?;
+    let method = if scene.tolerance.is_some() { Algorithm::Joseph.into() } else { scene.method };
+    let plain = Plan::new(&Scene { method, ..scene.clone() }, volume, engine, None)?;
     let few = scene.method.energies != Energies::All && engine != Backend::Reference;
     if scene.tolerance.is_none() && !few {
         return Ok(plain);
     }
     if engine == Backend::Reference {
         return Err(Error::Unsupported(
-            "the engine reference chooses no method: it is exact with exact".into(),
+            "the engine reference takes no tolerance: its algorithm exact has no error".into(),
         ));
     }
     context.plans().get_or_make(volume, scene, || {

@@ -124,6 +124,13 @@ fn the_costs_decide_which_is_cheapest() {
 }
 
 #[test]
+fn a_method_beside_a_tolerance_is_not_looked_at() {
+    let stated = Scene { method: Algorithm::Exact.into(), ..scene(5.0) };
+    let planned = plan(&context(), &blocks([40, 32, 24]), &stated).expect("planned");
+    assert_eq!(planned.method, plan_of(5.0).method);
+}
+
+#[test]
 fn where_nothing_is_met_nothing_is_said_to_be_kept() {
     let far = DetectorPose::c_arm(DVec3::new(1e4, 0.0, 0.0), 0.0, 1000.0, 1500.0, 1.0, [24, 20]);
     let scene = Scene { expected_views: vec![View::Pose(far)], ..scene(0.1) };
