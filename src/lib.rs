@@ -42,6 +42,7 @@
 pub mod accuracy;
 mod allocation;
 pub mod capi;
+pub mod effects;
 pub mod engine;
 pub mod error;
 #[cfg(feature = "formats")]
