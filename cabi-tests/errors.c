@@ -1,6 +1,8 @@
 /* Bad values of every argument of every function: a status, a message that names argument, value and what is valid,
  * nothing written, and a library that goes on working. */
 #include "context_rows.h"
+#include "effect_rows.h"
+#include "exposure_rows.h"
 #include "projection_rows.h"
 #include "scene_rows.h"
 #include "table_rows.h"
@@ -29,6 +31,14 @@ int main(void) {
     CHECK(first[0] > 0.0f);
 
     if (RUN(context_rows) || RUN(volume_rows) || RUN(scene_rows)) return 1;
+    if (RUN_FOR(&projector_create, scene_field_rows) || RUN_FOR(&projector_create, effect_field_rows)) return 1;
+    make_ready = expose_scene;
+    clear_away = destroy_exposed;
+    if (RUN_FOR(&exposure_develop_scene, scene_field_rows)) return 1;
+    if (RUN_FOR(&exposure_develop_scene, effect_field_rows)) return 1;
+    make_ready = NULL;
+    clear_away = NULL;
+    if (RUN(exposure_rows)) return 1;
     if (RUN(geometry_rows) || RUN(projection_rows) || RUN(table_rows)) return 1;
 
     good(&given);

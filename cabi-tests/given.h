@@ -19,6 +19,13 @@ typedef struct Pointees {
     uint8_t labels[VOXELS];
     DrrScene scene;
     float spectrum[ENERGIES], response[ENERGIES], attenuation[8 * ENERGIES];
+    float efficiency[ENERGIES], second_response[ENERGIES], second_efficiency[ENERGIES], filter_attenuation[ENERGIES];
+    DrrFilter filters[2];
+    double angles[3], thicknesses[3];
+    DrrImplant implants[4];
+    DrrScrewSection sections[2];
+    DrrBlurComponent blur[2];
+    double frequencies[3], mtf[3];
     double centre[3];
     DrrDetectorPose poses[VIEWS];
     ProjectionUniforms views[VIEWS];
@@ -36,7 +43,7 @@ typedef struct Pointees {
 typedef struct Given {
     void *options, *context, *descriptor, *hu, *labels, *texture, *volume, *scene, *projector, *centre, *pose, *uniforms,
         *views, *poses, *outputs, *weights, *coefficients, *factors, *queue, *backend,
-        *certificate;
+        *certificate, *exposure;
     const char *name;
     double angle_degrees, source_axis_mm, source_detector_mm, pixel_mm, first_energy_kev, energy_step_kev;
     size_t width, height, energy_count, view_count;
@@ -50,7 +57,8 @@ static Given given;
 static struct Handles {
     DrrContext *context;
     DrrVolume *volume, *adipose;
-    DrrProjector *projector, *boneless, *monoenergetic, *unstepped, *vast;
+    DrrProjector *projector, *boneless, *monoenergetic, *unstepped, *vast, *focused;
+    DrrExposure *exposure, *boneless_exposure;
 } live;
 
 /* Every voxel size and distance is a power of two: what is made from them is exact. */
@@ -73,9 +81,46 @@ static inline void good_scene(Given *g) {
     g->to.scene.detector_width = WIDTH;
     g->to.scene.detector_height = HEIGHT;
     g->to.scene.effects |= DRR_EFFECT_BONE_PATH;
-    for (int k = 0; k < ENERGIES; k++) g->to.spectrum[k] = g->to.response[k] = 1.0f;
+    for (int k = 0; k < ENERGIES; k++) {
+        g->to.spectrum[k] = g->to.response[k] = g->to.second_response[k] = 1.0f;
+        g->to.efficiency[k] = g->to.second_efficiency[k] = 0.5f;
+        g->to.filter_attenuation[k] = 0.2f;
+    }
     for (int k = 0; k < 8 * ENERGIES; k++) g->to.attenuation[k] = 0.2f;
     g->scene = &g->to.scene;
+}
+
+/* What a scene can point to beside tables of energies: a slab and a bow-tie, one implant of each shape, a blur. */
+static inline void good_parts(Given *g) {
+    memset(g->to.filters, 0, sizeof g->to.filters);
+    g->to.filters[0].material = "aluminium";
+    g->to.filters[0].thickness_mm = 2.0;
+    g->to.filters[1].mass_attenuation = g->to.filter_attenuation;
+    g->to.filters[1].density = 1.0;
+    g->to.filters[1].angles_degrees = g->to.angles;
+    g->to.filters[1].thicknesses_mm = g->to.thicknesses;
+    g->to.filters[1].point_count = 3;
+    memset(g->to.implants, 0, sizeof g->to.implants);
+    for (int n = 0; n < 4; n++) {
+        g->to.implants[n].shape = (DrrImplantShape)n;
+        g->to.implants[n].material = 3;
+        g->to.implants[n].density = 4.5;
+        g->to.implants[n].position[0] = n;
+        g->to.implants[n].radius_mm = 0.25;
+        for (int axis = 0; axis < 3; axis++) g->to.implants[n].axes[4 * axis] = 1.0;
+    }
+    g->to.implants[1].sections = g->to.sections;
+    g->to.implants[1].section_count = 2;
+    for (int n = 0; n < 3; n++) {
+        g->to.angles[n] = n - 1.0;
+        g->to.thicknesses[n] = 1.0 + n;
+        g->to.frequencies[n] = n;
+        g->to.mtf[n] = 1.0 / (1.0 + n);
+    }
+    for (int n = 0; n < 2; n++) {
+        g->to.sections[n].length_mm = g->to.sections[n].radius_mm = 0.5;
+        g->to.blur[n].weight = g->to.blur[n].sigma_mm = 0.5;
+    }
 }
 
 static inline void good_views(Given *g) {
@@ -106,10 +151,12 @@ static inline void good(Given *g) {
     g->options = &g->to.options;
     good_volume(g);
     good_scene(g);
+    good_parts(g);
     good_views(g);
     g->context = live.context;
     g->volume = live.volume;
     g->projector = live.projector;
+    g->exposure = live.exposure;
     g->algorithm = DRR_ALGORITHM_EXACT;
     drr_outputs_init(&g->to.outputs);
     g->to.outputs.intensity = g->to.images[0];
@@ -147,12 +194,17 @@ static inline int create_live_handles(void) {
     DrrScene *scene = &given.to.scene;
     OK(drr_volume_create(live.context, descriptor, given.to.hu, NULL, &live.volume));
     OK(drr_projector_create(live.volume, scene, &live.projector));
+    OK(drr_exposure_create_poses(live.projector, given.to.poses, VIEWS, NULL, NULL, &live.exposure));
     scene->step_voxels = 0.0;
     OK(drr_projector_create(live.volume, scene, &live.unstepped));
+    scene->effects = DRR_EFFECT_POLYENERGETIC | DRR_EFFECT_BONE_PATH | DRR_EFFECT_FOCAL_SPOT;
+    scene->focal_spot_width_mm = 0.5;
+    OK(drr_projector_create(live.volume, scene, &live.focused));
     scene->effects = 0;
     OK(drr_projector_create(live.volume, scene, &live.monoenergetic));
     scene->effects = DRR_EFFECT_POLYENERGETIC;
     OK(drr_projector_create(live.volume, scene, &live.boneless));
+    OK(drr_exposure_create_poses(live.boneless, given.to.poses, VIEWS, NULL, NULL, &live.boneless_exposure));
     scene->detector_width = scene->detector_height = 32768;
     OK(drr_projector_create(live.volume, scene, &live.vast));
     for (int i = 0; i < VOXELS; i++) given.to.hu[i] = -80;
@@ -162,6 +214,9 @@ static inline int create_live_handles(void) {
 }
 
 static inline int destroy_live_handles(void) {
+    OK(drr_exposure_destroy(live.boneless_exposure));
+    OK(drr_exposure_destroy(live.exposure));
+    OK(drr_projector_destroy(live.focused));
     OK(drr_projector_destroy(live.vast));
     OK(drr_projector_destroy(live.boneless));
     OK(drr_projector_destroy(live.monoenergetic));

@@ -13,6 +13,16 @@ int main(void) {
     CHECK(offsetof(ProjectionUniforms, _padding) == 100);
     CHECK(sizeof(DrrDetectorPose) == 96);
 
+    /* Structs that are passed as arrays. */
+    CHECK(sizeof(DrrFilter) == 56 && offsetof(DrrFilter, density) == 16 && offsetof(DrrFilter, point_count) == 48);
+    CHECK(sizeof(DrrImplant) == 136 && offsetof(DrrImplant, density) == 8 && offsetof(DrrImplant, position) == 16);
+    CHECK(offsetof(DrrImplant, axes) == 40 && offsetof(DrrImplant, radius_mm) == 112);
+    CHECK(offsetof(DrrImplant, sections) == 120 && offsetof(DrrImplant, section_count) == 128);
+    CHECK(sizeof(DrrScrewSection) == 16 && sizeof(DrrBlurComponent) == 16);
+    CHECK(sizeof(DrrScene) == 336 && offsetof(DrrScene, detector_efficiency) == 152);
+    CHECK(offsetof(DrrScene, mtf_count) == 240 && offsetof(DrrScene, heel_target_angle_degrees) == 248);
+    CHECK(offsetof(DrrScene, noise_seed) == 312 && offsetof(DrrScene, scatter_seed) == 328);
+
     /* The stride of an array is what the library assumes: 16-byte alignment in every element. */
     ProjectionUniforms views[2];
     CHECK((uintptr_t)&views[1] - (uintptr_t)&views[0] == 112 && (uintptr_t)&views[1] % 16 == 0);
@@ -39,6 +49,15 @@ int main(void) {
     CHECK(scene.first_energy_kev == 15.0 && scene.energy_step_kev == 1.0 && scene.mono_energy_kev == 70.0);
     CHECK(scene.step_voxels == 0.5 && scene.effects == DRR_EFFECT_POLYENERGETIC);
     CHECK(scene.algorithm == DRR_ALGORITHM_JOSEPH && scene.supersampling == 1 && scene.bone_material == 3);
+    CHECK(scene.expected_pose_count == 0 && scene.detector_efficiency == NULL);
+    CHECK(scene.second_detector_response == NULL && scene.second_detector_efficiency == NULL);
+    CHECK(scene.filters == NULL && scene.filter_count == 0 && scene.implants == NULL && scene.implant_count == 0);
+    CHECK(scene.blur == NULL && scene.blur_count == 0 && scene.mtf == NULL && scene.mtf_count == 0);
+    CHECK(scene.mtf_frequencies_per_mm == NULL && scene.heel_target_angle_degrees == 12.0);
+    CHECK(scene.heel_depth_mm == 0.005 && scene.heel_cathode_degrees == 0.0);
+    CHECK(scene.focal_spot_width_mm == 0.0 && scene.focal_spot_height_mm == 0.0 && scene.fill_factor == 1.0);
+    CHECK(scene.photons_per_pixel == 0.0 && scene.electronic_noise_photons == 0.0 && scene.noise_seed == 0);
+    CHECK(scene.scatter_photons == 40000 && scene.scatter_seed == 0);
     CHECK(outputs.bone_path_mm == NULL && reference.bone_path_mm == NULL);
 
     /* Column-major: the translation is the last column. The source goes to (0, 0, *, 0). */

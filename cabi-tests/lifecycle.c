@@ -8,6 +8,7 @@ int main(void) {
     OK(drr_context_destroy(NULL));
     OK(drr_volume_destroy(NULL));
     OK(drr_projector_destroy(NULL));
+    OK(drr_exposure_destroy(NULL));
 
     DrrContext *context = NULL;
     OK(drr_context_create(NULL, &context));
@@ -46,7 +47,15 @@ int main(void) {
     OK(drr_projector_project_poses(second, &pose, 1, &outputs));
     const int middle = HEIGHT / 2 * WIDTH + WIDTH / 2;
     CHECK(soft[middle] > 1.05f * hard[middle] && hard[middle] > 0.1f); /* 80 kVp is attenuated more than 120 */
+    /* An exposure needs nothing that it was made from. */
+    DrrExposure *exposure = NULL;
+    OK(drr_exposure_create_poses(second, &pose, 1, NULL, NULL, &exposure));
     OK(drr_projector_destroy(second));
+    static float developed[PIXELS];
+    outputs.line_integral = developed;
+    OK(drr_exposure_develop(exposure, NULL, &outputs));
+    for (int i = 0; i < PIXELS; i++) CHECK(developed[i] > soft[i] - 1e-5f && developed[i] < soft[i] + 1e-5f);
+    OK(drr_exposure_destroy(exposure));
     printf("PASS\n");
     return 0;
 }

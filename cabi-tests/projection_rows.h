@@ -24,6 +24,7 @@ static void no_bone_path(Given *g) {
 }
 static void boneless(Given *g) {
     g->projector = live.boneless;
+    g->exposure = live.boneless_exposure;
     no_bone_path(g);
 }
 static void march_without_step(Given *g) { g->projector = live.unstepped; }

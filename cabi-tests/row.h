@@ -28,6 +28,7 @@ typedef struct Change {
 #define NOTHING {0, 0, 0, NULL}
 
 typedef struct Row {
+    /* NULL: those that the rows are run for. */
     const Function *function;
     /* The parameter, or the field of what it points to. */
     const char *argument;
@@ -48,6 +49,10 @@ static inline const char *leaf(const char *argument) {
     return dot == NULL ? argument : dot + 1;
 }
 
+/* What a function needs that is made of what it is given, whatever a row's setting is; and what undoes that. */
+static void (*make_ready)(Given *);
+static void (*clear_away)(void);
+
 static inline void prepare(const Row *row) {
     good(&given);
     if (row->function->good != NULL) row->function->good(&given);
@@ -57,8 +62,10 @@ static inline void prepare(const Row *row) {
 static inline int succeeds(const Row *row) {
     prepare(row);
     if (row->setting != NULL && row->change.size > 0) row->setting(&given);
+    if (make_ready != NULL) make_ready(&given);
     OK(row->function->call(&given));
     if (row->function->undo != NULL) row->function->undo(&given);
+    if (clear_away != NULL) clear_away();
     return 0;
 }
 
@@ -66,11 +73,13 @@ static inline int refused(const Row *row) {
     static Given before;
     prepare(row);
     if (row->setting != NULL) row->setting(&given);
+    if (make_ready != NULL) make_ready(&given);
     CHECK(row->change.size == row->change.room);
     if (row->change.size > 0) memcpy((char *)&given + row->change.offset, row->change.value, row->change.size);
     memcpy(&before, &given, sizeof before);
     CHECK(row->function->call(&given) == row->status);
     CHECK(memcmp(&before, &given, sizeof before) == 0);
+    if (clear_away != NULL) clear_away();
     const char *message = drr_last_error_message();
     CHECK(strstr(message, row->value) != NULL && strstr(message, row->valid) != NULL);
     CHECK(row->status != INVALID || strstr(message, leaf(row->argument)) != NULL);
@@ -79,15 +88,17 @@ static inline int refused(const Row *row) {
 }
 
 /* Says which rows there are, one a line, for whoever checks that none is missing. */
-static inline int run_rows(const Row *rows, size_t count) {
+static inline int run_rows(const Row *rows, size_t count, const Function *function) {
     for (size_t i = 0; i < count; i++) {
-        const Row *row = &rows[i];
-        printf("%s %s %s\n", row->function->name, row->argument, row->kind);
-        if (succeeds(row) || refused(row) || succeeds(row)) return 1;
+        Row row = rows[i];
+        if (row.function == NULL) row.function = function;
+        printf("%s %s %s\n", row.function->name, row.argument, row.kind);
+        if (succeeds(&row) || refused(&row) || succeeds(&row)) return 1;
     }
     return 0;
 }
 
-#define RUN(rows) run_rows(rows, sizeof rows / sizeof *rows)
+#define RUN(rows) run_rows(rows, sizeof rows / sizeof *rows, NULL)
+#define RUN_FOR(function, rows) run_rows(rows, sizeof rows / sizeof *rows, function)
 
 #endif

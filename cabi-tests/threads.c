@@ -1,4 +1,4 @@
-/* Eight threads share one projector: each gets the same bytes, and its own error message. */
+/* Eight threads share one projector and one exposure: each gets the same bytes, and its own error message. */
 #include <pthread.h>
 #include <string.h>
 
@@ -8,8 +8,9 @@ enum { THREADS = 8, ROUNDS = 3 };
 
 typedef struct {
     const DrrProjector *projector;
+    const DrrExposure *exposure;
     int index;
-    float intensity[PIXELS];
+    float intensity[PIXELS], developed[PIXELS];
     int failed;
 } Worker;
 
@@ -22,6 +23,9 @@ static void *work(void *argument) {
     worker->failed = drr_last_error_message()[0] != '\0';
     for (int round = 0; round < ROUNDS; round++) {
         worker->failed |= drr_projector_project_poses(worker->projector, &pose, 1, &outputs) != DRR_STATUS_OK;
+        outputs.intensity = worker->developed;
+        worker->failed |= drr_exposure_develop(worker->exposure, NULL, &outputs) != DRR_STATUS_OK;
+        outputs.intensity = worker->intensity;
         float unused;
         char expected[32];
         snprintf(expected, sizeof expected, "count is %d;", 5000 + worker->index);
@@ -35,16 +39,20 @@ int main(void) {
     DrrContext *context = NULL;
     DrrVolume *volume = NULL;
     DrrProjector *projector = NULL;
+    DrrExposure *exposure = NULL;
+    const DrrDetectorPose pose = water_pose(-6.0);
     const DrrVolumeDescriptor descriptor = water_descriptor();
     const DrrScene scene = water_scene();
     OK(drr_context_create(NULL, &context));
     OK(drr_volume_create(context, &descriptor, water_ball(), NULL, &volume));
     OK(drr_projector_create(volume, &scene, &projector));
+    OK(drr_exposure_create_poses(projector, &pose, 1, NULL, NULL, &exposure));
 
     static Worker workers[THREADS];
     pthread_t threads[THREADS];
     for (int t = 0; t < THREADS; t++) {
         workers[t].projector = projector;
+        workers[t].exposure = exposure;
         workers[t].index = t;
         CHECK(pthread_create(&threads[t], NULL, work, &workers[t]) == 0);
     }
@@ -52,9 +60,11 @@ int main(void) {
         CHECK(pthread_join(threads[t], NULL) == 0);
         CHECK(!workers[t].failed);
         CHECK(memcmp(workers[t].intensity, workers[0].intensity, sizeof workers[0].intensity) == 0);
+        CHECK(memcmp(workers[t].developed, workers[0].developed, sizeof workers[0].developed) == 0);
     }
-    CHECK(workers[0].intensity[0] > 0.0f);
+    CHECK(workers[0].intensity[0] > 0.0f && workers[0].developed[0] > 0.0f);
     CHECK(drr_last_error_message()[0] == '\0'); /* the failures were other threads' */
+    OK(drr_exposure_destroy(exposure));
     OK(drr_projector_destroy(projector));
     OK(drr_volume_destroy(volume));
     OK(drr_context_destroy(context));

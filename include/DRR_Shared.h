@@ -367,8 +367,111 @@ DrrStatus drr_pose_c_arm(const double *centre,
                          size_t height,
                          struct DrrDetectorPose *pose);
 
-/// What a scene simulates: DRR_EFFECT bits. Unknown bits are refused.
+/// What a scene simulates: DRR_EFFECT bits. Unknown bits are refused. Filters, implants, a second detector layer and
+/// blur have no bit: they are there when the scene points to them.
 typedef uint32_t DrrEffects;
+
+/// All energies of the spectrum are summed. Without it everything happens at mono_energy_kev.
+#define DRR_EFFECT_POLYENERGETIC (1 << 0)
+
+/// The bone path can be asked for as an output.
+#define DRR_EFFECT_BONE_PATH (1 << 1)
+
+/// The intensity falls as cos^3 of the angle to the detector's normal: inverse square and obliquity.
+#define DRR_EFFECT_FALL_OFF (1 << 2)
+
+/// The anode, of tungsten, filters its own photons by direction: heel_target_angle_degrees, heel_depth_mm,
+/// heel_cathode_degrees. On the detector's normal the spectrum is the scene's.
+#define DRR_EFFECT_HEEL (1 << 3)
+
+/// The source is a rectangle: focal_spot_width_mm, focal_spot_height_mm.
+#define DRR_EFFECT_FOCAL_SPOT (1 << 4)
+
+/// Only a part of each pixel detects: fill_factor. The intensity is that part of what the pixel gets.
+#define DRR_EFFECT_FILL_FACTOR (1 << 5)
+
+/// Photons that the object scatters reach the detector: scatter_photons, scatter_seed.
+#define DRR_EFFECT_SCATTER (1 << 6)
+
+/// Photons come in whole numbers: photons_per_pixel, noise_seed.
+#define DRR_EFFECT_QUANTUM_NOISE (1 << 7)
+
+/// The read-out adds noise: electronic_noise_photons, photons_per_pixel, noise_seed.
+#define DRR_EFFECT_ELECTRONIC_NOISE (1 << 8)
+
+/// A homogeneous body between tube and volume, which stays where it is relative to source and detector: a flat slab
+/// across the detector's normal, or a bow-tie. The struct never grows: arrays of it are passed.
+typedef struct DrrFilter {
+    /// A built-in material, such as "aluminium", for energies that are tabulated; NULL: mass_attenuation says what it is.
+    const char *material;
+    /// Mass attenuation coefficients, cm^2/g: energy_count values, 0 to 1e9. Must be NULL when material is not.
+    const float *mass_attenuation;
+    /// Mass density, g/cm^3, 1e-6 to 30; 0 for a built-in material: its usual one.
+    double density;
+    /// Thickness of a flat slab, mm, 0 to 1000. Only read when point_count is 0.
+    double thickness_mm;
+    /// Of a bow-tie, the same at every height j: angles between the detector's normal and a ray, seen from above the fan,
+    /// degrees, above -90 and below 90, ascending, positive where i grows. Not read when point_count is 0.
+    const double *angles_degrees;
+    /// What a ray in the fan's plane crosses at each angle, mm, 0 to 1000; linear in between, beyond the ends as there.
+    /// Not read when point_count is 0.
+    const double *thicknesses_mm;
+    /// Number of angles and thicknesses of a bow-tie, 2 to 1024; 0: a flat slab.
+    size_t point_count;
+} DrrFilter;
+
+/// What an implant is: one of the DRR_IMPLANT constants. Other values are refused.
+typedef uint32_t DrrImplantShape;
+
+/// One cylinder of a screw. The struct never grows: arrays of it are passed.
+typedef struct DrrScrewSection {
+    /// Its length along the axis, mm, 1e-6 to 1e6.
+    double length_mm;
+    /// Its radius, mm, 1e-6 to 1e6.
+    double radius_mm;
+} DrrScrewSection;
+
+/// A homogeneous solid that is there instead of the volume, sharper than voxels. World mm. What its shape does not need
+/// is not read. The struct never grows: arrays of it are passed.
+typedef struct DrrImplant {
+    /// One of the DRR_IMPLANT constants.
+    DrrImplantShape shape;
+    /// What it is made of: one of the scene's materials, below material_count.
+    uint32_t material;
+    /// Mass density, g/cm^3, 1e-6 to 30.
+    double density;
+    /// Where it is, as its shape says, -1e10 to 1e10 mm.
+    double position[3];
+    /// Vectors, mm, as its shape says: component i of axis n is at 3 x n + i. Lengths are 1e-6 to 1e6 mm.
+    double axes[9];
+    /// The radius of a rod or a ball, mm, 1e-6 to 1e6.
+    double radius_mm;
+    /// The cylinders of a screw, from its head on.
+    const struct DrrScrewSection *sections;
+    /// Number of sections of a screw, 1 to 1024.
+    size_t section_count;
+} DrrImplant;
+
+/// A circular cylinder: `position` is the middle of one end, `axes`[0 .. 3] goes from there to the middle of the other.
+#define DRR_IMPLANT_ROD 0
+
+/// Cylinders one after the other on one axis, as `sections` say: `position` is where the axis leaves the first one,
+/// outside, and `axes`[0 .. 3] the unit vector, to 1e-6, from there along the axis.
+#define DRR_IMPLANT_SCREW 1
+
+/// A ball: `position` is the centre.
+#define DRR_IMPLANT_SPHERE 2
+
+/// A box: `position` is the centre, and each axis goes from there to the middle of a face; at right angles, to 1e-6.
+#define DRR_IMPLANT_BOX 3
+
+/// A Gaussian of a detector's point spread. The struct never grows: arrays of it are passed.
+typedef struct DrrBlurComponent {
+    /// Its share, above 0 to 1; all sum to 1, to 1e-6.
+    double weight;
+    /// Its standard deviation along each axis, mm on the detector, 0 to 100; 0: what is not blurred.
+    double sigma_mm;
+} DrrBlurComponent;
 
 /// How line integrals through the voxels are taken: one of the DRR_ALGORITHM constants. Other values are refused.
 typedef uint32_t DrrAlgorithm;
@@ -386,7 +489,7 @@ typedef struct DrrScene {
     /// is the intensity of a ray that meets nothing, 1.2e-38 to 3.4e38. Default NULL: tungsten at 120 kVp, sum 1.
     const float *spectrum;
     /// Factor by which the detector weights a photon of each energy: energy_count values, finite, at least 0.
-    /// Default NULL: 1.
+    /// Default NULL: 1. Of a detector of two layers that of the first one.
     const float *detector_response;
     /// Mass attenuation coefficients, cm^2/g: that of material m at energy k is at m x energy_count + k. 0 to 1e9.
     /// Material m is what has label m in the volume. Default NULL: air, lung, soft tissue, cortical bone.
@@ -431,13 +534,72 @@ typedef struct DrrScene {
     const DrrDetectorPose *expected_poses;
     /// Number of expected_poses, 1 to DRR_MAX_VIEWS. Not read when they are NULL. Default 0.
     size_t expected_pose_count;
+    /// Probability that the detector detects a photon of each energy at all: energy_count values, 0 to 1, above 0 where
+    /// detector_response is. A photon that is detected adds detector_response / detector_efficiency to the signal; both
+    /// the same is a detector that counts photons. Must be NULL when detector_response is: each photon counts. Default
+    /// NULL: not known, which DRR_EFFECT_QUANTUM_NOISE refuses beside a detector_response.
+    const float *detector_efficiency;
+    /// As detector_response, of a second layer of the detector: there are two images then, of one march. Not read without
+    /// DRR_EFFECT_POLYENERGETIC. Default NULL: one layer.
+    const float *second_detector_response;
+    /// As detector_efficiency, of the second layer. Default NULL.
+    const float *second_detector_efficiency;
+    /// What the photons pass between tube and volume; the spectrum is that before. Default NULL: nothing.
+    const DrrFilter *filters;
+    /// Number of filters, 1 to 64. Not read when they are NULL. Default 0.
+    size_t filter_count;
+    /// Solids that are there instead of the volume; where several are the last one counts. Default NULL: none.
+    const DrrImplant *implants;
+    /// Number of implants, 1 to 64. Not read when they are NULL. Default 0.
+    size_t implant_count;
+    /// The spread of the signal within the detector, a mixture of Gaussians whose weights sum to 1, to 1e-6. Not in views
+    /// given by matrices, as the focal spot and scatter. Default NULL: none.
+    const DrrBlurComponent *blur;
+    /// Number of Gaussians, 1 to 8. Not read when blur is NULL. Default 0.
+    size_t blur_count;
+    /// A measured modulation transfer function instead of blur, for which the nearest mixture of Gaussians is taken:
+    /// mtf_count frequencies, line pairs per mm, at least 0, ascending. Must be NULL when blur is not. Default NULL:
+    /// none.
+    const double *mtf_frequencies_per_mm;
+    /// Its value at each of the mtf_frequencies_per_mm, 0 to 1; 1 at frequency 0, with or without a point there. Not read
+    /// when they are NULL. Default NULL.
+    const double *mtf;
+    /// Number of mtf_frequencies_per_mm, 2 to 256. Not read when they are NULL. Default 0.
+    size_t mtf_count;
+    /// Angle between the anode's surface and the detector's normal, degrees, above 0 to 45. Only read with
+    /// DRR_EFFECT_HEEL, as all heel_ fields. Default 12.
+    double heel_target_angle_degrees;
+    /// How deep in the anode photons are made, mm along the electrons' way, above 0 to 1. Default 0.005.
+    double heel_depth_mm;
+    /// Where the cathode is, in the detector's plane, degrees, -360 to 360: 0 where i grows, 90 across on the side where
+    /// j grows. Default 0.
+    double heel_cathode_degrees;
+    /// The focal spot's side along the detector's rows, where i grows, mm, 0 to 10; one side must be above 0. Only read
+    /// with DRR_EFFECT_FOCAL_SPOT. Default 0.
+    double focal_spot_width_mm;
+    /// Its side along the detector's columns, where j grows, mm, 0 to 10. Only read with DRR_EFFECT_FOCAL_SPOT. Default
+    /// 0.
+    double focal_spot_height_mm;
+    /// The part of a pixel's area that detects, 0.01 to 1: a centred square. Only read with DRR_EFFECT_FILL_FACTOR.
+    /// Default 1.
+    double fill_factor;
+    /// The dose: photons of the source's spectrum that reach the pixel nearest to the source where nothing is in the way,
+    /// above 0 to 1e12. Only read with DRR_EFFECT_QUANTUM_NOISE or DRR_EFFECT_ELECTRONIC_NOISE. Default 0, which these
+    /// refuse.
+    double photons_per_pixel;
+    /// Standard deviation of the electronic noise, in mean signals of one photon, above 0 to 1e6. Only read with
+    /// DRR_EFFECT_ELECTRONIC_NOISE. Default 0, which it refuses.
+    double electronic_noise_photons;
+    /// Other seeds give other noise; the same one gives the same. Only read with DRR_EFFECT_QUANTUM_NOISE or
+    /// DRR_EFFECT_ELECTRONIC_NOISE. Default 0.
+    uint64_t noise_seed;
+    /// Photons followed through each of the slabs of water of which the scatter is estimated, 1000 to 10000000: a second
+    /// for the default of 40000, once per spectrum, detector and distances of a context. Only read with
+    /// DRR_EFFECT_SCATTER.
+    uint64_t scatter_photons;
+    /// Another seed gives another estimate of the scatter. Only read with DRR_EFFECT_SCATTER. Default 0.
+    uint64_t scatter_seed;
 } DrrScene;
-
-/// All energies of the spectrum are summed. Without it everything happens at mono_energy_kev.
-#define DRR_EFFECT_POLYENERGETIC (1 << 0)
-
-/// The bone path can be asked for as an output.
-#define DRR_EFFECT_BONE_PATH (1 << 1)
 
 /// One bilinear sample per slice of the driving axis (Joseph 1982).
 #define DRR_ALGORITHM_JOSEPH 0
@@ -478,14 +640,17 @@ typedef bool (*DrrProgress)(void *user_data, double fraction);
 /// Where a projection's float32 images go; NULL for what is not wanted, which then costs nothing. Fill it with
 /// drr_outputs_init, then set at least one.
 ///
-/// Pixel (i, j), i = column, of view v is at (v x detector_height + j) x detector_width + i. The arrays are the
-/// caller's; they are written on success only.
+/// Pixel (i, j), i = column, of view v is at (v x detector_height + j) x detector_width + i. With a second detector layer
+/// intensity and line integral are two images per view: that pixel of layer l, 0 or 1, is at ((v x 2 + l) x
+/// detector_height + j) x detector_width + i. The arrays are the caller's; they are written on success only.
 typedef struct DrrOutputs {
     /// Set by drr_outputs_init.
     size_t struct_size;
-    /// Detector signal, in the units of the spectrum.
+    /// Detector signal, in the units of the spectrum. Noise is in these units too, and electronic noise may lead below 0.
     float *intensity;
-    /// p = -ln(I / I0). Finite wherever the areal densities are, also where the intensity underflows to 0.
+    /// p = -ln(I / I0), where I0 is the noiseless signal of the pixel without the volume. Finite wherever the areal
+    /// densities are, also where the intensity underflows to 0; infinite where noise, or the underflow of a scene with
+    /// effects or a second detector layer, leaves no signal.
     float *line_integral;
     /// Integral of density along the ray per material, g/cm^2. Pixel (i, j) of material m of view v is at
     /// ((v x material_count + m) x detector_height + j) x detector_width + i.
@@ -555,7 +720,8 @@ const char *drr_projector_describe(const struct DrrProjector *projector);
 /// resident for them: there tables need drr_projector_encode, and nothing of them is checked.
 /// Tables of a view need DRR_EFFECT_POLYENERGETIC; a view's spectrum is used as it is, without the scene's detector
 /// response. With enableEarlyExit the intensity may differ by exp(-15) of I0; where other images are asked for that
-/// would change too, rays are not stopped.
+/// would change too, rays are not stopped; nor are they in a scene with effects or a second detector layer, which refuses
+/// tables of a view. A focal spot, scatter and blur need views given by poses.
 ///
 /// Everything is computed before anything is written: on failure the outputs are as before. Fails with
 /// DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, DRR_STATUS_DEVICE when a GPU fails, or DRR_STATUS_CANCELLED
@@ -574,6 +740,56 @@ DrrStatus drr_projector_project_poses(const struct DrrProjector *projector,
                                       const DrrDetectorPose *poses,
                                       size_t view_count,
                                       const DrrOutputs *outputs);
+
+/// What the rays of some views met: the areal density of every material, and where the scene has bone its path, for each
+/// ray. Immutable: any number of threads may develop one at once. Keeps its context alive, and needs neither its
+/// projector nor its volume.
+typedef struct DrrExposure DrrExposure;
+
+/// Casts the rays of `view_count` views, 1 to DRR_MAX_VIEWS, given by projection matrices, and keeps what they met: 4
+/// bytes per ray and material, and 4 per ray for bone. drr_exposure_develop makes images of it, without another march.
+///
+/// `views` are only read during the call, and must be without LUT addresses; enableEarlyExit does not matter. A scene
+/// with a focal spot needs views given by poses. `progress` hears how far the call is, and may cancel it, as that of
+/// DrrOutputs; NULL for silence. `progress_data` is handed to it.
+///
+/// On success `*exposure` is a new handle, to be given to drr_exposure_destroy; on failure `*exposure` is left as it is.
+/// Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, DRR_STATUS_DEVICE when a GPU fails, or
+/// DRR_STATUS_CANCELLED. Any thread, also with one projector from many at once.
+DrrStatus drr_exposure_create(const DrrProjector *projector,
+                              const ProjectionUniforms *views,
+                              size_t view_count,
+                              DrrProgress progress,
+                              void *progress_data,
+                              struct DrrExposure **exposure);
+
+/// Casts the rays of `view_count` views given by source and detector in float64, as for drr_projector_project_poses.
+///
+/// Otherwise as drr_exposure_create.
+DrrStatus drr_exposure_create_poses(const DrrProjector *projector,
+                                    const DrrDetectorPose *poses,
+                                    size_t view_count,
+                                    DrrProgress progress,
+                                    void *progress_data,
+                                    struct DrrExposure **exposure);
+
+/// Makes the images of all views of an exposure, as `scene` says, or, for NULL, as the scene that it was made with.
+///
+/// May differ from that scene: energies, spectrum, detector response and efficiency, second detector layer, filters,
+/// values in mass_attenuation, heel, fall-off, scatter, blur, fill factor, noise. Must be the same: detector's size,
+/// supersampling, material_count, whether mass_attenuation is NULL, bone, focal spot, implants. Algorithm, step and
+/// tolerances say how rays are cast, which they have been: they are checked, and otherwise not read.
+///
+/// Scene and `outputs` are only read during the call; images lie as those of drr_projector_project, with one or two
+/// detector layers as `scene` has; outputs->progress is not called. On failure the outputs are as before. Fails with
+/// DRR_STATUS_INVALID_ARGUMENT or DRR_STATUS_OUT_OF_MEMORY. Any thread, also with one exposure from many at once, each
+/// with outputs of its own. The same call gives the same bytes for any number of threads.
+DrrStatus drr_exposure_develop(const struct DrrExposure *exposure,
+                               const DrrScene *scene,
+                               const DrrOutputs *outputs);
+
+/// Gives an exposure up. NULL is nothing. As drr_context_destroy.
+DrrStatus drr_exposure_destroy(struct DrrExposure *exposure);
 
 /// The measured error of a projector in some views, against the exact integral of the interpolated voxels with every
 /// energy: some thousand rays, cast again in float64. Fill it with drr_certificate_init, hand it to
@@ -613,7 +829,8 @@ typedef struct DrrCertificate {
 DrrStatus drr_certificate_init(struct DrrCertificate *certificate);
 
 /// Measures the error of what drr_projector_project_poses gives for `view_count` views, 1 to DRR_MAX_VIEWS; of more than
-/// 64, some are looked at. Takes about as long as the projection of a few thousand rays in float64.
+/// 64, some are looked at. Of a scene with effects it is the rays' error, without the effects and in the first detector
+/// layer. Takes about as long as the projection of a few thousand rays in float64.
 ///
 /// `poses` are only read during the call. Writes `*certificate`, which drr_certificate_init has filled, on success only.
 /// The same call gives the same numbers. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY,
@@ -660,11 +877,12 @@ DrrStatus drr_device_outputs_init(struct DrrDeviceOutputs *outputs);
 /// their tables and `outputs` are only read during the call; LUT addresses are as for drr_projector_project. The
 /// projector keeps what the queue needs: it must not be destroyed before the queue has run the projection.
 ///
-/// The first call with new images or new kinds of views compiles a kernel, which takes about a second. On failure
-/// nothing of the call is in the queue, but for DRR_STATUS_DEVICE and DRR_STATUS_OUT_OF_MEMORY, after which images may
-/// be written. Fails with DRR_STATUS_INVALID_ARGUMENT; with DRR_STATUS_UNSUPPORTED for contexts of DRR_BACKEND_CPU and
-/// DRR_BACKEND_REFERENCE. What goes wrong while the queue runs is told by the queue. Any thread, also with one projector
-/// from many at once; two threads must not use one queue at once where its own rules forbid it.
+/// The first call with new images or new kinds of views compiles a kernel, which takes about a second. On failure nothing
+/// of the call is in the queue, but for DRR_STATUS_DEVICE and DRR_STATUS_OUT_OF_MEMORY, after which images may be
+/// written. Fails with DRR_STATUS_INVALID_ARGUMENT; with DRR_STATUS_UNSUPPORTED for contexts of DRR_BACKEND_CPU and
+/// DRR_BACKEND_REFERENCE, and for scenes with effects or a second detector layer, whose images are finished on the CPU.
+/// What goes wrong while the queue runs is told by the queue. Any thread, also with one projector from many at once; two
+/// threads must not use one queue at once where its own rules forbid it.
 DrrStatus drr_projector_encode(const DrrProjector *projector,
                                const ProjectionUniforms *views,
                                size_t view_count,

@@ -14,11 +14,19 @@
 
 extern "C" __global__ void __launch_bounds__(DRR_GROUP, DRR_GROUPS)
 projectPolyenergeticDRR(const __grid_constant__ DrrLaunch launch, const DrrBeam *__restrict__ beams, DrrVoxels voxels,
-                        DrrSpectra spectra, DrrImages images) {
+                        DrrSpectra spectra, DrrImages images
+#if defined(DRR_SIGNALS)
+                        , const __grid_constant__ DrrChannels channels, DrrSignals signals
+#endif
+) {
     // Neighbouring blocks are the views of one tile: what one reads is in cache for the other.
     const uint view = blockIdx.x % launch.views;
     const uint column = blockIdx.x / launch.views * blockDim.x + threadIdx.x;
     const uint row = blockIdx.y * blockDim.y + threadIdx.y;
     if (column >= launch.width || row >= launch.height) return;
+#if defined(DRR_SIGNALS)
+    drr_pixel(launch, beams[view], voxels, spectra, channels, signals, images, column, row, view);
+#else
     drr_pixel(launch, beams[view], voxels, spectra, images, column, row, view);
+#endif
 }

@@ -42,6 +42,15 @@ kernel void projectPolyenergeticDRR(
 #if defined(DRR_BONE_PATH)
     device float *bonePath [[buffer(11)]],
 #endif
+#if defined(DRR_SIGNALS)
+    constant DrrChannels &channels [[buffer(13)]], device float *passing [[buffer(15)]],
+#endif
+#if DRR_BEFORE != 0
+    const device float *before [[buffer(14)]],
+#endif
+#if defined(DRR_OPEN)
+    device float *open [[buffer(16)]],
+#endif
     const device float *spectrumLut [[buffer(1)]], const device float *muLut [[buffer(2)]],
     constant DrrLaunch &launch [[buffer(3)]], constant DrrBeam *beams [[buffer(4)]],
     uint3 at [[thread_position_in_grid]]) {
@@ -71,7 +80,19 @@ kernel void projectPolyenergeticDRR(
 #if defined(DRR_BONE_PATH)
     images.bone_path = bonePath;
 #endif
+#if defined(DRR_SIGNALS)
+    DrrSignals signals = {};
+    signals.passing = passing;
+#if DRR_BEFORE != 0
+    signals.before = before;
+#endif
+#if defined(DRR_OPEN)
+    signals.open = open;
+#endif
+    drr_pixel(launch, beams[at.z], voxels, spectra, channels, signals, images, at.x, at.y, at.z);
+#else
     drr_pixel(launch, beams[at.z], voxels, spectra, images, at.x, at.y, at.z);
+#endif
 #if defined(DRR_IMAGE_TEXTURE)
     const float4 value = float4(intensity[(at.z * launch.height + at.y) * launch.width + at.x]);
 #if DRR_IMAGE_TEXTURE == DRR_IMAGE_OF_ONE_VIEW

@@ -4,6 +4,7 @@
 
 #include "march.h"
 #include "siddon.h"
+#include "signals.h"
 #include "specification.h"
 #include "spectrum.h"
 
@@ -103,6 +104,9 @@ DRR_FUNCTION DrrTwofold drr_subray(uint pixel, uint n) {
 // by log-sum-exp so that it stays finite when the intensity underflows.
 DRR_FUNCTION void drr_pixel(DRR_CONSTANT DrrLaunch &launch, DRR_CONSTANT DrrBeam &beam,
                             DRR_THREAD const DrrVoxels &voxels, DRR_THREAD const DrrSpectra &spectra,
+#if defined(DRR_SIGNALS)
+                            DRR_CONSTANT DrrChannels &channels, DRR_THREAD const DrrSignals &signals,
+#endif
                             DRR_THREAD const DrrImages &images, uint column, uint row, uint view) {
     DrrRayValue first;
     drr_cast(launch, beam, voxels, spectra, drr_subray(column, 0), drr_subray(row, 0), first);
@@ -136,6 +140,9 @@ DRR_FUNCTION void drr_pixel(DRR_CONSTANT DrrLaunch &launch, DRR_CONSTANT DrrBeam
     }
 #endif
     drr_store(launch, images, column, row, view, pixel);
+#if defined(DRR_SIGNALS)
+    drr_store_signals(launch, channels, spectra, signals, pixel.areal_density, column, row, view);
+#endif
 }
 
 #endif

@@ -50,6 +50,22 @@ struct DrrBeam {
 #define DRR_ENDS_AT_SOURCE 1
 #define DRR_ENDS_AT_PIXEL 2
 
+#if defined(DRR_SIGNALS)
+// Most rows of weights that one ray is summed by, and most materials before the volume.
+#define DRR_MAX_SIGNALS 8
+#define DRR_MAX_BEFORE 8
+
+// Where the sums of all views find their tables.
+struct DrrChannels {
+    uint bins;
+    uint first_weight;      // of rows * bins in the array of weights, row by row; as many logarithms follow
+    uint first_attenuation; // of (materials + before) * bins in the array of mass attenuation
+    DrrTwofold weight_sum[DRR_MAX_SIGNALS];
+    float least_attenuation[DRR_MAX_LABELS + DRR_MAX_BEFORE]; // cm^2/g, by label, then of what lies before the volume
+};
+static_assert(sizeof(DrrChannels) == 140, "src/engine/gpu/wire.rs says the same");
+#endif
+
 // How the codes of voxels with one label stand in for their densities, g/cm^3: with t = 2^-23 code + origin,
 // density = scale * (t - kink * |t|) + offset.
 struct DrrStandIn {

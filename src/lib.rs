@@ -42,12 +42,15 @@
 pub mod accuracy;
 mod allocation;
 pub mod capi;
+mod context;
 pub mod effects;
 pub mod engine;
 pub mod error;
+mod exposure;
 #[cfg(feature = "formats")]
 pub mod formats;
 pub mod geometry;
+mod least_squares;
 mod method;
 pub mod phantom;
 pub mod physics;
@@ -60,10 +63,12 @@ pub mod shared;
 mod tolerance;
 pub mod volume;
 
+pub use context::{Context, MAX_THREADS};
 pub use error::{Error, Result};
+pub use exposure::{Exposure, Focus, StageTimes};
 pub use method::{Accumulation, Algorithm, Energies, FEW_ENERGIES_RANGE, Method, STEP_RANGE, Storage};
-pub use projector::{Context, MAX_THREADS, Projector, ViewRequest};
-pub use scene::{MAX_DETECTOR, MAX_SUPERSAMPLING, Scene};
+pub use projector::{Projector, ViewRequest};
+pub use scene::{MAX_DETECTOR, MAX_DETECTOR_LAYERS, MAX_SUPERSAMPLING, Scene};
 pub use tolerance::Tolerance;
 
 /// The library's version.

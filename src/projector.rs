@@ -1,167 +1,37 @@
 //! A projector: one volume, one scene, one plan, one engine.
 
-use std::any::Any;
-use std::ffi::{CStr, c_void};
-use std::ptr::NonNull;
+use std::ffi::c_void;
 use std::sync::Arc;
 
 use crate::accuracy::Certificate;
 use crate::allocation::reserved;
+use crate::context::Context;
 use crate::engine::cpu::Cpu;
 #[cfg(feature = "host")]
 use crate::engine::host::Host;
 use crate::engine::reference::Reference;
 use crate::engine::{
-    Backend, Device, DeviceChoice, DeviceOutputs, Engine, Images, Job, Layers, Progress, Report, SILENT,
-    Timings, ViewJob, unsupported_queues,
+    Backend, DeviceOutputs, Engine, Images, Job, Layers, Progress, Report, SILENT, Timings, ViewJob,
 };
 use crate::error::{Error, Result};
+use crate::exposure::{Exposure, Focus, March, RayCaster, Sample, StageTimes};
 use crate::geometry::View;
 use crate::method::Algorithm;
 use crate::physics::SpectralModel;
 use crate::plan::Plan;
-use crate::planner::{self, Cache, Costs, Reach};
+use crate::planner::{self, Reach};
 use crate::raycast::Beam;
 use crate::scene::{Scene, check_i0};
 use crate::shared::DrrAddress;
 use crate::volume::Volume;
-
-/// Where projectors run: an engine and its threads. Cheap to clone; may be used from many threads at once.
-#[derive(Clone)]
-pub struct Context {
-    backend: Backend,
-    device: Device,
-    threads: Arc<rayon::ThreadPool>,
-    costs: Arc<Costs>,
-    plans: Arc<Cache>,
-}
-
-/// Most threads of a context.
-pub const MAX_THREADS: usize = 1024;
-
-impl Context {
-    /// A context with its own threads; 0 means one per core. An engine with devices runs on its first.
-    pub fn new(backend: Backend, threads: usize) -> Result<Self> {
-        Self::on_device(backend, threads, DeviceChoice::default())
-    }
-
-    /// A context of the best engine that is there: on a GPU where one can be used.
-    pub fn best(threads: usize, choice: DeviceChoice) -> Result<Self> {
-        let [others @ .., always_there] = Backend::BEST_FIRST;
-        for backend in others {
-            match Self::on_device(backend, threads, choice) {
-                Err(Error::Unsupported(_)) => {}
-                made => return made,
-            }
-        }
-        Self::on_device(always_there, threads, choice)
-    }
-
-    /// As [`Context::new`], on the device of one's choice.
-    ///
-    /// # Errors
-    /// `Unsupported`, with what is missing, when the engine is not there or its threads cannot be started;
-    /// `InvalidArgument` for a device that it does not have.
-    pub fn on_device(backend: Backend, threads: usize, choice: DeviceChoice) -> Result<Self> {
-        if threads > MAX_THREADS {
-            return Err(Error::invalid("threads", threads, format!("0 (one per core) … {MAX_THREADS}")));
-        }
-        let device = Device::open(backend, choice)?;
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let threads =
-            pool.map_err(|error| Error::Unsupported(format!("threads cannot be started: {error}")))?;
-        let (costs, plans) = (Arc::default(), Arc::default());
-        Ok(Self { backend, device, threads: Arc::new(threads), costs, plans })
-    }
-
-    /// The engine.
-    pub fn backend(&self) -> Backend {
-        self.backend
-    }
-
-    /// The name of the engine's device; empty for engines of the CPU.
-    pub fn device_name(&self) -> &CStr {
-        self.device.name()
-    }
-
-    /// The version of the device's driver, in words; empty for engines of the CPU.
-    pub fn device_driver(&self) -> String {
-        self.device.driver()
-    }
-
-    /// A 3D texture of int16 HU that a pipeline of the caller's has on the GPU, for [`Volume::from_texture`]; it is kept
-    /// alive. Its texels are read when views are projected, and must not be written meanwhile.
-    ///
-    /// # Errors
-    /// `Unsupported` unless the engine is `metal`; `InvalidArgument` when it is not an `MTLTextureType3D` of
-    /// `MTLPixelFormatR16Sint` with `MTLTextureUsageShaderRead`, of these dimensions, on the context's GPU.
-    ///
-    /// # Safety
-    /// If the engine is `metal`, `texture` is null or an `id<MTLTexture>`.
-    #[allow(unsafe_code, reason = "the pointer is believed")]
-    pub unsafe fn texture(
-        &self,
-        texture: *mut c_void,
-        dimensions: [usize; 3],
-    ) -> Result<Arc<dyn Any + Send + Sync>> {
-        let null = || Error::invalid("texture", "NULL", "a texture");
-        // SAFETY: the caller's promise is the same.
-        unsafe { self.device.texture(NonNull::new(texture).ok_or_else(null)?, dimensions) }
-    }
-
-    /// Whether the engine has queues to put a projection into.
-    ///
-    /// # Errors
-    /// `Unsupported` when it has none: on the CPU.
-    pub(crate) fn check_queues(&self) -> Result<()> {
-        if matches!(self.device, Device::None) { Err(unsupported_queues()) } else { Ok(()) }
-    }
-
-    pub(crate) fn device(&self) -> &Device {
-        &self.device
-    }
-
-    /// The same context, whose planner believes these costs.
-    #[must_use]
-    pub fn with_costs(self, costs: Costs) -> Self {
-        Self { costs: Arc::new(costs), plans: Arc::default(), ..self }
-    }
-
-    /// What its planner believes.
-    pub fn costs(&self) -> &Costs {
-        &self.costs
-    }
-
-    pub(crate) fn plans(&self) -> &Cache {
-        &self.plans
-    }
-
-    /// The engine `cpu` on the same threads.
-    pub(crate) fn on_cpu(&self) -> Self {
-        Self { backend: Backend::Cpu, device: Device::None, plans: Arc::default(), ..self.clone() }
-    }
-
-    /// Number of threads.
-    pub fn threads(&self) -> usize {
-        self.threads.current_num_threads()
-    }
-
-    /// Threads that an engine of the CPU works on; 1 for engines of a device.
-    pub fn work_threads(&self) -> usize {
-        if self.backend.has_device() { 1 } else { self.threads() }
-    }
-
-    /// Runs `work`, whose parallel parts then use this context's threads.
-    pub fn install<T: Send>(&self, work: impl FnOnce() -> T + Send) -> T {
-        self.threads.install(work)
-    }
-}
 
 /// Projects one volume as one scene says. Immutable: may be used from many threads at once.
 pub struct Projector {
     context: Context,
     volume: Arc<Volume>,
     scene: Scene,
+    /// The scene with what the plan left of its effects.
+    simulated: Scene,
     plan: Plan,
     engine: Box<dyn Engine>,
 }
@@ -202,26 +72,40 @@ impl Projector {
     /// As [`Projector::new`], for a caller who knows what rays will meet, of a scene without a tolerance.
     pub fn with_reach(context: &Context, volume: Arc<Volume>, scene: Scene, reach: &Reach) -> Result<Self> {
         scene.validate()?;
-        let plan = Plan::new(&scene, &volume, context.backend, reach.quadrature(&scene)?)?;
+        let plan = Plan::new(&scene, &volume, context.backend(), reach.quadrature(&scene)?)?;
         Self::planned(context, volume, scene, plan)
     }
 
-    /// The same plan for one ray per pixel of a detector of another size.
+    /// The same plan, without effects, for one ray per pixel of a detector of another size.
     pub(crate) fn with_detector(&self, size: [usize; 2]) -> Result<Self> {
-        let scene = Scene { detector: size, supersampling: 1, ..self.scene.clone() };
-        let plan = Plan { detector: size, supersampling: 1, ..self.plan.clone() };
-        Self::planned(&self.context, self.volume.clone(), scene, plan)
+        Self::planned(&self.context, self.volume.clone(), self.scene.of_rays(size), self.plan.of_rays(size))
     }
 
     pub(crate) fn planned(context: &Context, volume: Arc<Volume>, scene: Scene, plan: Plan) -> Result<Self> {
-        let engine: Box<dyn Engine> = match context.backend {
-            Backend::Cpu => Box::new(context.install(|| Cpu::new(volume.clone(), &scene, &plan))?),
-            Backend::Reference => Box::new(Reference::new(volume.clone(), &scene, plan.method.algorithm)?),
-            #[cfg(feature = "host")]
-            Backend::Host => Box::new(context.install(|| Host::new(&volume, &scene, &plan))?),
-            _ => context.install(|| context.device.engine(&volume, &scene, &plan))?,
+        let simulated = Scene { effects: plan.effects.clone(), ..scene.clone() };
+        // Effects take the areal densities of single rays.
+        let rays = simulated.ray_grid();
+        let engine = if simulated.has_effects() {
+            Self::engine(context, &volume, &scene.of_rays(rays), &plan.of_rays(rays))?
+        } else {
+            Self::engine(context, &volume, &simulated, &plan)?
         };
-        Ok(Self { context: context.clone(), volume, scene, plan, engine })
+        Ok(Self { context: context.clone(), volume, scene, simulated, plan, engine })
+    }
+
+    fn engine(
+        context: &Context,
+        volume: &Arc<Volume>,
+        scene: &Scene,
+        plan: &Plan,
+    ) -> Result<Box<dyn Engine>> {
+        Ok(match context.backend() {
+            Backend::Cpu => Box::new(context.install(|| Cpu::new(volume.clone(), scene, plan))?),
+            Backend::Reference => Box::new(Reference::new(volume.clone(), scene, plan.method.algorithm)?),
+            #[cfg(feature = "host")]
+            Backend::Host => Box::new(context.install(|| Host::new(volume, scene, plan))?),
+            _ => context.install(|| context.device().engine(volume, scene, plan))?,
+        })
     }
 
     pub(crate) fn context(&self) -> &Context {
@@ -258,9 +142,87 @@ impl Projector {
         layers: Layers,
         progress: Report<'_>,
     ) -> Result<Images<f32>> {
+        Ok(self.project_timed(views, layers, progress)?.0)
+    }
+
+    /// As [`Projector::project`], with what the stages of a scene with effects took.
+    ///
+    /// # Errors
+    /// As [`Projector::project`].
+    pub fn project_timed(
+        &self,
+        views: &[ViewRequest],
+        layers: Layers,
+        progress: Report<'_>,
+    ) -> Result<(Images<f32>, StageTimes)> {
+        if self.simulated.has_effects() {
+            let algorithm = self.plan.method.algorithm;
+            return self.develop(algorithm, views, layers, progress, &*self.engine);
+        }
         let views = self.jobs(views, layers)?;
         let job = Job { views: &views, layers, progress: Progress::new(progress) };
-        self.context.install(|| self.engine.project(&job))
+        let images = self.context.install(|| self.engine.project(&job))?;
+        Ok((images, StageTimes::default()))
+    }
+
+    /// Casts the rays of `views` and keeps what they met: images of other spectra, detectors and effects after the march can
+    /// be had of it at a small part of the time. It has the path through bone where the scene has bone. `progress` as in
+    /// [`Projector::project`].
+    ///
+    /// # Errors
+    /// As [`Projector::project`]; also for a view with tables of its own.
+    pub fn expose(&self, views: &[ViewRequest], progress: Report<'_>) -> Result<Exposure<f32>> {
+        let bone_path = self.scene.bone.is_some();
+        let march = self.march(self.plan.method.algorithm, bone_path, progress);
+        if self.simulated.has_effects() || self.scene.supersampling == 1 {
+            return march.expose(views, &*self.engine);
+        }
+        let rays = self.with_detector(self.scene.ray_grid())?;
+        march.expose(views, &*rays.engine)
+    }
+
+    fn march<'a>(&'a self, algorithm: Algorithm, bone_path: bool, progress: Report<'a>) -> March<'a> {
+        March {
+            context: &self.context,
+            volume: &self.volume,
+            asked: &self.scene,
+            scene: &self.simulated,
+            focus: self.plan.focus.as_ref().map_or(Focus::Points, |choice| choice.focus),
+            algorithm,
+            bone_path,
+            developed: None,
+            progress,
+        }
+    }
+
+    /// Exposes and develops one view after the other: no more than one view's rays are held. Engines that sum over energies
+    /// themselves return signals instead of areal densities.
+    fn develop<T: Sample>(
+        &self,
+        algorithm: Algorithm,
+        views: &[ViewRequest],
+        layers: Layers,
+        progress: Report<'_>,
+        caster: &(impl RayCaster<T> + ?Sized),
+    ) -> Result<(Images<T>, StageTimes)> {
+        self.check_layers(layers)?;
+        let (materials, times) = (self.scene.materials.names().len(), StageTimes::default());
+        let (size, detector_layers) = (self.scene.detector, self.scene.layers());
+        let mut all = Images::of_layers(size, views.len(), materials, detector_layers, layers)?;
+        let march = March { developed: Some(layers), ..self.march(algorithm, layers.bone_path, progress) };
+        for v in 0..views.len() {
+            let exposure = times.of("ray march", || march.expose_nth(views, v, caster))?;
+            let (images, stages) = exposure.develop_from(&self.simulated, layers, v)?;
+            times.add_all(&stages);
+            all.put(v, &images);
+        }
+        Ok((all, times))
+    }
+
+    /// Rays that are cast for `views`: what [`Projector::project`] reports in all.
+    pub fn rays(&self, views: &[ViewRequest]) -> usize {
+        let march = self.march(self.plan.method.algorithm, false, SILENT);
+        views.iter().map(|view| march.rays(&view.view)).sum()
     }
 
     /// Puts the projection of `views` into a queue of the device's, and returns without waiting for it. What the call
@@ -279,6 +241,11 @@ impl Projector {
         queue: *mut c_void,
         outputs: &DeviceOutputs,
     ) -> Result<()> {
+        if self.simulated.has_effects() {
+            let text = "effects and second detector layers are developed on the CPU after the march, so that no queue can \
+                        hold them: project the scene, or encode one without them";
+            return Err(Error::Unsupported(text.into()));
+        }
         let layers = outputs.layers();
         let views = self.jobs(views, layers)?;
         let job = Job { views: &views, layers, progress: Progress::new(SILENT) };
@@ -300,12 +267,12 @@ impl Projector {
     }
 
     /// Seconds of the kernel that has the specification's own inner loop, one accumulator per energy along the ray, for
-    /// as many of the views as one launch takes: what areal densities save. `None` for engines without it.
+    /// as many of the views as one launch takes: what areal densities save. `None` for engines without it, and with effects.
     ///
     /// # Errors
     /// As [`Projector::project`].
     pub fn specification_loop(&self, views: &[ViewRequest]) -> Result<Option<f64>> {
-        if views.is_empty() {
+        if views.is_empty() || self.simulated.has_effects() {
             return Ok(None);
         }
         let layers = Layers { intensity: true, ..Layers::default() };
@@ -330,6 +297,11 @@ impl Projector {
         layers: Layers,
         progress: Report<'_>,
     ) -> Result<Images<f64>> {
+        if self.simulated.has_effects() {
+            let rays = self.scene.of_rays(self.scene.ray_grid());
+            let engine = Reference::new(self.volume.clone(), &rays, algorithm)?;
+            return Ok(self.develop(algorithm, views, layers, progress, &engine)?.0);
+        }
         let views = self.jobs(views, layers)?;
         let job = Job { views: &views, layers, progress: Progress::new(progress) };
         let engine = Reference::new(self.volume.clone(), &self.scene, algorithm)?;
@@ -338,7 +310,7 @@ impl Projector {
 
     /// The other engines read tables before they project.
     fn check_addresses(&self, addresses: [DrrAddress; 2]) -> Result<()> {
-        let backend = self.context.backend;
+        let backend = self.context.backend();
         if addresses == [0, 0] || backend == Backend::Metal {
             return Ok(());
         }
@@ -346,7 +318,7 @@ impl Projector {
         Err(Error::invalid("lut_addresses", value, format!("[0, 0] on the engine {}", backend.name())))
     }
 
-    fn jobs(&self, views: &[ViewRequest], layers: Layers) -> Result<Vec<ViewJob>> {
+    fn check_layers(&self, layers: Layers) -> Result<()> {
         if layers.bone_path && self.scene.bone.is_none() {
             return Err(Error::invalid(
                 "bone_path",
@@ -354,6 +326,11 @@ impl Projector {
                 "only when the scene says which material is bone",
             ));
         }
+        Ok(())
+    }
+
+    fn jobs(&self, views: &[ViewRequest], layers: Layers) -> Result<Vec<ViewJob>> {
+        self.check_layers(layers)?;
         let materials = self.scene.materials.names().len();
         let job = |request: &ViewRequest| {
             let spectral = request.spectral.clone();

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::accuracy::{Estimate, Sample};
+use crate::context::Context;
 use crate::engine::{Images, Layers, SILENT};
 use crate::error::Result;
 use crate::geometry::Grid;
 use crate::method::{Algorithm, Method};
-use crate::projector::{Context, Projector, ViewRequest};
+use crate::projector::{Projector, ViewRequest};
 use crate::raycast::Beam;
 use crate::scene::Scene;
 use crate::volume::Volume;

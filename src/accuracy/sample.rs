@@ -103,6 +103,11 @@ impl Sample {
         rays.iter().map(view).collect()
     }
 
+    /// Pixels from one ray of a view to the next.
+    pub(crate) fn stride(&self) -> usize {
+        self.grids[0].stride
+    }
+
     /// Number of replicates; 1 where nothing is left to chance.
     pub fn replicates(&self) -> usize {
         self.replicates

@@ -101,7 +101,8 @@ pub unsafe extern "C" fn drr_certificate_init(certificate: *mut DrrCertificate) 
 }
 
 /// Measures the error of what drr_projector_project_poses gives for `view_count` views, 1 to DRR_MAX_VIEWS; of more than
-/// 64, some are looked at. Takes about as long as the projection of a few thousand rays in float64.
+/// 64, some are looked at. Of a scene with effects it is the rays' error, without the effects and in the first detector
+/// layer. Takes about as long as the projection of a few thousand rays in float64.
 ///
 /// `poses` are only read during the call. Writes `*certificate`, which drr_certificate_init has filled, on success only.
 /// The same call gives the same numbers. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY,

@@ -72,7 +72,7 @@ impl DrrDeviceOutputs {
             progress: None,
             progress_data: std::ptr::null_mut(),
         };
-        places.layers(&value.projector, views)?;
+        places.layers(value.projector.scene(), views)?;
         Ok(DeviceOutputs {
             intensity: self.intensity,
             line_integral: self.line_integral,
@@ -101,11 +101,12 @@ pub unsafe extern "C" fn drr_device_outputs_init(outputs: *mut DrrDeviceOutputs)
 /// their tables and `outputs` are only read during the call; LUT addresses are as for drr_projector_project. The
 /// projector keeps what the queue needs: it must not be destroyed before the queue has run the projection.
 ///
-/// The first call with new images or new kinds of views compiles a kernel, which takes about a second. On failure
-/// nothing of the call is in the queue, but for DRR_STATUS_DEVICE and DRR_STATUS_OUT_OF_MEMORY, after which images may
-/// be written. Fails with DRR_STATUS_INVALID_ARGUMENT; with DRR_STATUS_UNSUPPORTED for contexts of DRR_BACKEND_CPU and
-/// DRR_BACKEND_REFERENCE. What goes wrong while the queue runs is told by the queue. Any thread, also with one projector
-/// from many at once; two threads must not use one queue at once where its own rules forbid it.
+/// The first call with new images or new kinds of views compiles a kernel, which takes about a second. On failure nothing
+/// of the call is in the queue, but for DRR_STATUS_DEVICE and DRR_STATUS_OUT_OF_MEMORY, after which images may be
+/// written. Fails with DRR_STATUS_INVALID_ARGUMENT; with DRR_STATUS_UNSUPPORTED for contexts of DRR_BACKEND_CPU and
+/// DRR_BACKEND_REFERENCE, and for scenes with effects or a second detector layer, whose images are finished on the CPU.
+/// What goes wrong while the queue runs is told by the queue. Any thread, also with one projector from many at once; two
+/// threads must not use one queue at once where its own rules forbid it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_projector_encode(
     projector: *const DrrProjector,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::allocation::refused;
 use crate::capi::memory;
 use crate::capi::projector::ProjectorValue;
-use crate::capi::scene::{material_names, widened};
+use crate::capi::spectra::{material_names, widened};
 use crate::engine::Device;
 use crate::error::{Error, Result};
 use crate::physics::{EnergyGrid, MassAttenuation, SpectralModel, Spectrum};
@@ -66,8 +66,8 @@ unsafe fn read(projector: &ProjectorValue, [spectrum, mu]: [DrrAddress; 2]) -> R
         .map(|c| MassAttenuation::new(energies, material_names(materials), c))
         .transpose()
         .map_err(|error| error.called("mass_attenuation", "muLutAddress"))?;
-    let spectrum = own_spectrum.as_ref().unwrap_or(&scene.spectrum);
-    SpectralModel::new(spectrum, own_materials.as_ref().unwrap_or(&scene.materials))
+    let spectrum = own_spectrum.map_or_else(|| scene.detected(0), Ok)?;
+    SpectralModel::new(&spectrum, own_materials.as_ref().unwrap_or(&scene.materials))
 }
 
 /// A view's addresses, for a GPU that reads them itself.

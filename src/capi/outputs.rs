@@ -9,7 +9,7 @@ use crate::capi::progress::Monitor;
 use crate::capi::status::DrrStatus;
 use crate::engine::{Images, Layers};
 use crate::error::{Error, Result};
-use crate::projector::Projector;
+use crate::scene::Scene;
 use crate::shared::DrrBool;
 
 /// Hears, while a call runs, the fraction of its rays that is done, 0 to 1, and answers whether to go on. `user_data`
@@ -30,16 +30,19 @@ pub const DRR_MAX_VIEWS: usize = 65_536;
 /// Where a projection's float32 images go; NULL for what is not wanted, which then costs nothing. Fill it with
 /// drr_outputs_init, then set at least one.
 ///
-/// Pixel (i, j), i = column, of view v is at (v × detector_height + j) × detector_width + i. The arrays are the
-/// caller's; they are written on success only.
+/// Pixel (i, j), i = column, of view v is at (v × detector_height + j) × detector_width + i. With a second detector layer
+/// intensity and line integral are two images per view: that pixel of layer l, 0 or 1, is at ((v × 2 + l) ×
+/// detector_height + j) × detector_width + i. The arrays are the caller's; they are written on success only.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct DrrOutputs {
     /// Set by drr_outputs_init.
     pub struct_size: usize,
-    /// Detector signal, in the units of the spectrum.
+    /// Detector signal, in the units of the spectrum. Noise is in these units too, and electronic noise may lead below 0.
     pub intensity: *mut f32,
-    /// p = -ln(I / I0). Finite wherever the areal densities are, also where the intensity underflows to 0.
+    /// p = -ln(I / I0), where I0 is the noiseless signal of the pixel without the volume. Finite wherever the areal
+    /// densities are, also where the intensity underflows to 0; infinite where noise, or the underflow of a scene with
+    /// effects or a second detector layer, leaves no signal.
     pub line_integral: *mut f32,
     /// Integral of density along the ray per material, g/cm². Pixel (i, j) of material m of view v is at
     /// ((v × material_count + m) × detector_height + j) × detector_width + i.
@@ -133,11 +136,10 @@ pub(super) fn check_views(views: usize) -> Result<()> {
 }
 
 impl<T: Copy> Places<T> {
-    /// Checks the places for `views` views and says which layers are wanted.
-    pub(super) fn layers(&self, projector: &Projector, views: usize) -> Result<Layers> {
+    /// Checks the places for `views` views of a scene and says which layers are wanted.
+    pub(super) fn layers(&self, scene: &Scene, views: usize) -> Result<Layers> {
         check_views(views)?;
-        let scene = projector.scene();
-        let materials = scene.materials.names().len();
+        let (materials, signals) = (scene.materials.names().len() as u64, scene.layers() as u64);
         // At most 2^16 views of 2^30 pixels and 8 materials: no overflow in 64 bits.
         let pixels = views as u64 * (scene.detector[0] * scene.detector[1]) as u64;
         let wanted = |name: &str, place: *mut T, values: u64| {
@@ -145,9 +147,9 @@ impl<T: Copy> Places<T> {
             Ok(!place.is_null())
         };
         let layers = Layers {
-            intensity: wanted("outputs.intensity", self.intensity, pixels)?,
-            line_integral: wanted("outputs.line_integral", self.line_integral, pixels)?,
-            areal_density: wanted("outputs.areal_density", self.areal_density, pixels * materials as u64)?,
+            intensity: wanted("outputs.intensity", self.intensity, pixels * signals)?,
+            line_integral: wanted("outputs.line_integral", self.line_integral, pixels * signals)?,
+            areal_density: wanted("outputs.areal_density", self.areal_density, pixels * materials)?,
             bone_path: wanted("outputs.bone_path_mm", self.bone_path, pixels)?,
         };
         if layers == Layers::default() {
@@ -160,14 +162,13 @@ impl<T: Copy> Places<T> {
         Ok(layers)
     }
 
-    /// What calls the caller's progress function, for a projection of `views` views.
+    /// What calls the caller's progress function, for a call that casts so many rays.
     ///
     /// # Safety
     /// While the monitor lives, the function may be called as [`DrrProgress`] says.
-    pub(super) unsafe fn monitor(&self, projector: &Projector, views: usize) -> Monitor {
-        let rays = views as u64 * projector.plan().rays_per_view() as u64;
+    pub(super) unsafe fn monitor(&self, rays: usize) -> Monitor {
         // SAFETY: the caller's promise is the same.
-        unsafe { Monitor::new(self.progress, self.progress_data, rays) }
+        unsafe { Monitor::new(self.progress, self.progress_data, rays as u64) }
     }
 
     /// Copies the images to the caller.

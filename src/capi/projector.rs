@@ -11,7 +11,7 @@ use crate::capi::outputs::{DrrOutputs, Places};
 use crate::capi::scene::DrrScene;
 use crate::capi::status::DrrStatus;
 use crate::capi::volume::DrrVolume;
-use crate::capi::{memory, options};
+use crate::capi::{memory, names, options};
 use crate::engine::Backend;
 use crate::error::Result;
 use crate::geometry::View;
@@ -61,8 +61,7 @@ pub unsafe extern "C" fn drr_projector_create(
         let given = unsafe { options::read("scene", scene)? };
         // SAFETY: the C caller's tables are as the fields' descriptions say.
         let scene = unsafe { given.read()? };
-        let made = Projector::new(&volume.context, volume.volume.clone(), scene)
-            .map_err(|error| error.called("scene.materials", "scene.mass_attenuation"))?;
+        let made = Projector::new(&volume.context, volume.volume.clone(), scene).map_err(names::in_c)?;
         let plan = CString::new(made.plan().to_json()).unwrap_or_default();
         let value = ProjectorValue {
             projector: made,
@@ -107,7 +106,8 @@ pub unsafe extern "C" fn drr_projector_describe(projector: *const DrrProjector) 
 /// resident for them: there tables need drr_projector_encode, and nothing of them is checked.
 /// Tables of a view need DRR_EFFECT_POLYENERGETIC; a view's spectrum is used as it is, without the scene's detector
 /// response. With enableEarlyExit the intensity may differ by exp(-15) of I0; where other images are asked for that
-/// would change too, rays are not stopped.
+/// would change too, rays are not stopped; nor are they in a scene with effects or a second detector layer, which refuses
+/// tables of a view. A focal spot, scatter and blur need views given by poses.
 ///
 /// Everything is computed before anything is written: on failure the outputs are as before. Fails with
 /// DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, DRR_STATUS_DEVICE when a GPU fails, or DRR_STATUS_CANCELLED
@@ -179,13 +179,14 @@ unsafe fn project<V: Copy>(
     let value = unsafe { handle::borrow("projector", projector)? };
     // SAFETY: the C caller passes a struct of the size that it says.
     let places = Places::from(unsafe { options::read("outputs", outputs)? });
-    let layers = places.layers(&value.projector, view_count)?;
+    let layers = places.layers(value.projector.scene(), view_count)?;
     // SAFETY: the C caller passes `view_count` views.
     let views = unsafe { memory::read_array(argument, views, view_count)? };
     let requests = requests(argument, views, |view| request(&value, view))?;
     // SAFETY: the C caller passes a function that may be called until this call returns.
-    let monitor = unsafe { places.monitor(&value.projector, view_count) };
-    let images = value.projector.project(&requests, layers, &|rays| monitor.report(rays))?;
+    let monitor = unsafe { places.monitor(value.projector.rays(&requests)) };
+    let images = value.projector.project(&requests, layers, &|rays| monitor.report(rays));
+    let images = images.map_err(|error| names::in_c(error).called("views", argument))?;
     monitor.complete()?;
     // SAFETY: the C caller passes places for the images of `view_count` views.
     unsafe { places.write(&images) };

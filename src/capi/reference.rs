@@ -7,7 +7,7 @@ use crate::capi::outputs::{DrrReferenceOutputs, Places};
 use crate::capi::projector::{DrrProjector, requests};
 use crate::capi::scene::{self, DrrAlgorithm};
 use crate::capi::status::DrrStatus;
-use crate::capi::{memory, options};
+use crate::capi::{memory, names, options};
 use crate::geometry::View;
 
 /// Projects in float64, slowly, with any algorithm: what the projector's images are measured against.
@@ -29,14 +29,15 @@ pub unsafe extern "C" fn drr_reference_project(
         let algorithm = scene::algorithm(algorithm, value.step_voxels)?;
         // SAFETY: the C caller passes a struct of the size that it says.
         let places = Places::from(unsafe { options::read("outputs", outputs)? });
-        let layers = places.layers(&value.projector, view_count)?;
+        let layers = places.layers(value.projector.scene(), view_count)?;
         // SAFETY: the C caller passes `view_count` poses.
         let poses = unsafe { memory::read_array("poses", poses, view_count)? };
         let requests = requests("poses", poses, |pose| Ok(View::Pose(pose.into()).into()))?;
         // SAFETY: the C caller passes a function that may be called until this call returns.
-        let monitor = unsafe { places.monitor(&value.projector, view_count) };
+        let monitor = unsafe { places.monitor(value.projector.rays(&requests)) };
         let report = |rays| monitor.report(rays);
-        let images = value.projector.reference(algorithm, &requests, layers, &report)?;
+        let images = value.projector.reference(algorithm, &requests, layers, &report);
+        let images = images.map_err(|error| names::in_c(error).called("views", "poses"))?;
         monitor.complete()?;
         // SAFETY: the C caller passes places for the images of `view_count` views.
         unsafe { places.write(&images) };

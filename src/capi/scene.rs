@@ -3,26 +3,23 @@
 use std::ffi::c_char;
 
 use crate::allocation::collected;
+use crate::capi::blur::DrrBlurComponent;
 use crate::capi::boundary::guard;
+use crate::capi::effects::{DRR_EFFECT_BONE_PATH, DRR_EFFECT_POLYENERGETIC, DrrEffects};
+use crate::capi::filter::DrrFilter;
 use crate::capi::geometry::DrrDetectorPose;
-use crate::capi::memory;
+use crate::capi::implant::DrrImplant;
 use crate::capi::options::{self, Options};
 use crate::capi::outputs::check_views;
 use crate::capi::status::DrrStatus;
+use crate::capi::{memory, names};
+use crate::effects::{Heel, Scatter};
 use crate::error::{Error, Result};
 use crate::geometry::View;
 use crate::method::{Algorithm, Energies, Method};
-use crate::physics::{DetectorResponse, EnergyGrid, MAX_MATERIALS, MassAttenuation, Spectrum};
+use crate::physics::{EnergyGrid, MassAttenuation};
 use crate::scene::Scene;
 use crate::tolerance::Tolerance;
-
-/// What a scene simulates: DRR_EFFECT bits. Unknown bits are refused.
-pub type DrrEffects = u32;
-
-/// All energies of the spectrum are summed. Without it everything happens at mono_energy_kev.
-pub const DRR_EFFECT_POLYENERGETIC: DrrEffects = 1 << 0;
-/// The bone path can be asked for as an output.
-pub const DRR_EFFECT_BONE_PATH: DrrEffects = 1 << 1;
 
 /// How line integrals through the voxels are taken: one of the DRR_ALGORITHM constants. Other values are refused.
 pub type DrrAlgorithm = u32;
@@ -51,7 +48,7 @@ pub struct DrrScene {
     /// is the intensity of a ray that meets nothing, 1.2e-38 to 3.4e38. Default NULL: tungsten at 120 kVp, sum 1.
     pub spectrum: *const f32,
     /// Factor by which the detector weights a photon of each energy: energy_count values, finite, at least 0.
-    /// Default NULL: 1.
+    /// Default NULL: 1. Of a detector of two layers that of the first one.
     pub detector_response: *const f32,
     /// Mass attenuation coefficients, cm²/g: that of material m at energy k is at m × energy_count + k. 0 to 1e9.
     /// Material m is what has label m in the volume. Default NULL: air, lung, soft tissue, cortical bone.
@@ -96,18 +93,83 @@ pub struct DrrScene {
     pub expected_poses: *const DrrDetectorPose,
     /// Number of expected_poses, 1 to DRR_MAX_VIEWS. Not read when they are NULL. Default 0.
     pub expected_pose_count: usize,
+    /// Probability that the detector detects a photon of each energy at all: energy_count values, 0 to 1, above 0 where
+    /// detector_response is. A photon that is detected adds detector_response / detector_efficiency to the signal; both
+    /// the same is a detector that counts photons. Must be NULL when detector_response is: each photon counts. Default
+    /// NULL: not known, which DRR_EFFECT_QUANTUM_NOISE refuses beside a detector_response.
+    pub detector_efficiency: *const f32,
+    /// As detector_response, of a second layer of the detector: there are two images then, of one march. Not read without
+    /// DRR_EFFECT_POLYENERGETIC. Default NULL: one layer.
+    pub second_detector_response: *const f32,
+    /// As detector_efficiency, of the second layer. Default NULL.
+    pub second_detector_efficiency: *const f32,
+    /// What the photons pass between tube and volume; the spectrum is that before. Default NULL: nothing.
+    pub filters: *const DrrFilter,
+    /// Number of filters, 1 to 64. Not read when they are NULL. Default 0.
+    pub filter_count: usize,
+    /// Solids that are there instead of the volume; where several are the last one counts. Default NULL: none.
+    pub implants: *const DrrImplant,
+    /// Number of implants, 1 to 64. Not read when they are NULL. Default 0.
+    pub implant_count: usize,
+    /// The spread of the signal within the detector, a mixture of Gaussians whose weights sum to 1, to 1e-6. Not in views
+    /// given by matrices, as the focal spot and scatter. Default NULL: none.
+    pub blur: *const DrrBlurComponent,
+    /// Number of Gaussians, 1 to 8. Not read when blur is NULL. Default 0.
+    pub blur_count: usize,
+    /// A measured modulation transfer function instead of blur, for which the nearest mixture of Gaussians is taken:
+    /// mtf_count frequencies, line pairs per mm, at least 0, ascending. Must be NULL when blur is not. Default NULL:
+    /// none.
+    pub mtf_frequencies_per_mm: *const f64,
+    /// Its value at each of the mtf_frequencies_per_mm, 0 to 1; 1 at frequency 0, with or without a point there. Not read
+    /// when they are NULL. Default NULL.
+    pub mtf: *const f64,
+    /// Number of mtf_frequencies_per_mm, 2 to 256. Not read when they are NULL. Default 0.
+    pub mtf_count: usize,
+    /// Angle between the anode's surface and the detector's normal, degrees, above 0 to 45. Only read with
+    /// DRR_EFFECT_HEEL, as all heel_ fields. Default 12.
+    pub heel_target_angle_degrees: f64,
+    /// How deep in the anode photons are made, mm along the electrons' way, above 0 to 1. Default 0.005.
+    pub heel_depth_mm: f64,
+    /// Where the cathode is, in the detector's plane, degrees, -360 to 360: 0 where i grows, 90 across on the side where
+    /// j grows. Default 0.
+    pub heel_cathode_degrees: f64,
+    /// The focal spot's side along the detector's rows, where i grows, mm, 0 to 10; one side must be above 0. Only read
+    /// with DRR_EFFECT_FOCAL_SPOT. Default 0.
+    pub focal_spot_width_mm: f64,
+    /// Its side along the detector's columns, where j grows, mm, 0 to 10. Only read with DRR_EFFECT_FOCAL_SPOT. Default
+    /// 0.
+    pub focal_spot_height_mm: f64,
+    /// The part of a pixel's area that detects, 0.01 to 1: a centred square. Only read with DRR_EFFECT_FILL_FACTOR.
+    /// Default 1.
+    pub fill_factor: f64,
+    /// The dose: photons of the source's spectrum that reach the pixel nearest to the source where nothing is in the way,
+    /// above 0 to 1e12. Only read with DRR_EFFECT_QUANTUM_NOISE or DRR_EFFECT_ELECTRONIC_NOISE. Default 0, which these
+    /// refuse.
+    pub photons_per_pixel: f64,
+    /// Standard deviation of the electronic noise, in mean signals of one photon, above 0 to 1e6. Only read with
+    /// DRR_EFFECT_ELECTRONIC_NOISE. Default 0, which it refuses.
+    pub electronic_noise_photons: f64,
+    /// Other seeds give other noise; the same one gives the same. Only read with DRR_EFFECT_QUANTUM_NOISE or
+    /// DRR_EFFECT_ELECTRONIC_NOISE. Default 0.
+    pub noise_seed: u64,
+    /// Photons followed through each of the slabs of water of which the scatter is estimated, 1000 to 10000000: a second
+    /// for the default of 40000, once per spectrum, detector and distances of a context. Only read with
+    /// DRR_EFFECT_SCATTER.
+    pub scatter_photons: u64,
+    /// Another seed gives another estimate of the scatter. Only read with DRR_EFFECT_SCATTER. Default 0.
+    pub scatter_seed: u64,
 }
 
 /// Largest tolerance_mm.
 const MOST_MM: f64 = 1e6;
 
-const SCENE_SIZE: usize = size_of::<[usize; 10]>() + 72;
+const SCENE_SIZE: usize = size_of::<[usize; 22]>() + 160;
 
 // SAFETY: repr(C), no padding (asserted), starts with its size; numbers and raw pointers only.
 unsafe impl Options for DrrScene {
     const SIZES: &'static [usize] = &[SCENE_SIZE];
     fn defaults() -> Self {
-        let grid = EnergyGrid::SPECIFICATION;
+        let (grid, heel, scatter) = (EnergyGrid::SPECIFICATION, Heel::TYPICAL, Scatter::default());
         Self {
             struct_size: size_of::<Self>(),
             detector_width: 0,
@@ -130,6 +192,29 @@ unsafe impl Options for DrrScene {
             few_energies_hu: 0.0,
             expected_poses: std::ptr::null(),
             expected_pose_count: 0,
+            detector_efficiency: std::ptr::null(),
+            second_detector_response: std::ptr::null(),
+            second_detector_efficiency: std::ptr::null(),
+            filters: std::ptr::null(),
+            filter_count: 0,
+            implants: std::ptr::null(),
+            implant_count: 0,
+            blur: std::ptr::null(),
+            blur_count: 0,
+            mtf_frequencies_per_mm: std::ptr::null(),
+            mtf: std::ptr::null(),
+            mtf_count: 0,
+            heel_target_angle_degrees: heel.target_angle_degrees,
+            heel_depth_mm: heel.depth_mm,
+            heel_cathode_degrees: heel.cathode_degrees,
+            focal_spot_width_mm: 0.0,
+            focal_spot_height_mm: 0.0,
+            fill_factor: 1.0,
+            photons_per_pixel: 0.0,
+            electronic_noise_photons: 0.0,
+            noise_seed: 0,
+            scatter_photons: scatter.histories as u64,
+            scatter_seed: scatter.seed,
         }
     }
 }
@@ -147,50 +232,25 @@ pub(super) fn algorithm(code: DrrAlgorithm, step: f64) -> Result<Algorithm> {
     }
 }
 
-/// `values` as float64.
-pub(super) fn widened(values: &[f32]) -> Result<Vec<f64>> {
-    collected(values.iter().copied().map(f64::from), "a spectral table")
-}
-
-/// Names for the materials of a caller's table.
-pub(super) fn material_names(count: usize) -> Vec<String> {
-    (0..count).map(|m| format!("material {m}")).collect()
-}
-
 impl DrrScene {
-    pub(super) fn is_polyenergetic(&self) -> bool {
-        self.effects & DRR_EFFECT_POLYENERGETIC != 0
-    }
-
-    /// The energies of the tables.
-    pub(super) fn energies(&self) -> Result<EnergyGrid> {
-        EnergyGrid::new(self.first_energy_kev, self.energy_step_kev, self.energy_count)
-            .map_err(|error| error.of("scene"))
-    }
-
     /// The scene, with copies of the caller's tables.
     ///
     /// # Safety
     /// The pointers are null or as the fields' descriptions say.
     pub(super) unsafe fn read(&self) -> Result<Scene> {
-        let known = DRR_EFFECT_POLYENERGETIC | DRR_EFFECT_BONE_PATH;
-        if self.effects & !known != 0 {
-            let value = format!("{:#x}", self.effects);
-            return Err(Error::invalid("scene.effects", value, format!("DRR_EFFECT bits, {known:#x}, only")));
-        }
+        self.check_effects()?;
         let energies = self.energies()?;
         // SAFETY: the caller's promise is the same.
         let (spectrum, materials) = unsafe { (self.spectrum(energies)?, self.materials(energies)?) };
-        let bone = if self.effects & DRR_EFFECT_BONE_PATH == 0 {
-            None
-        } else {
-            let last = materials.names().len() - 1;
-            let refused =
-                |_| Error::invalid("scene.bone_material", self.bone_material, format!("0 … {last}"));
-            Some(u8::try_from(self.bone_material).map_err(refused)?)
+        // SAFETY: the caller's promise is the same.
+        let (detector_layers, effects) = unsafe {
+            let layers = self.detector_layers(&spectrum)?;
+            let tables = self.table_energies(energies, &spectrum)?;
+            (layers, self.simulated_effects(&tables, materials.names().len())?)
         };
         let scene = Scene {
             detector: [self.detector_width, self.detector_height],
+            bone: self.bone(materials.names().len())?,
             spectrum,
             materials,
             method: self.method()?,
@@ -198,10 +258,20 @@ impl DrrScene {
             // SAFETY: the caller's promise is the same.
             expected_views: unsafe { self.expected_views()? },
             supersampling: self.supersampling as usize,
-            bone,
+            detector_layers,
+            effects,
         };
-        let checked = scene.validate();
-        checked.map_err(|error| error.called("scene.expected_views", "scene.expected_poses")).map(|()| scene)
+        scene.validate().map_err(names::in_c).map(|()| scene)
+    }
+
+    /// The label of bone, where its path can be asked for.
+    fn bone(&self, materials: usize) -> Result<Option<u8>> {
+        if !self.has(DRR_EFFECT_BONE_PATH) {
+            return Ok(None);
+        }
+        let refused =
+            |_| Error::invalid("scene.bone_material", self.bone_material, format!("0 … {}", materials - 1));
+        u8::try_from(self.bone_material).map(Some).map_err(refused)
     }
 
     /// Not read where a tolerance is stated.
@@ -243,74 +313,6 @@ impl DrrScene {
         // SAFETY: by the caller's promise there are as many poses.
         let poses = unsafe { memory::read_array("scene.expected_poses", self.expected_poses, count)? };
         collected(poses.iter().map(|pose| View::Pose(pose.into())), "the expected views")
-    }
-
-    /// # Safety
-    /// As for [`Self::read`].
-    unsafe fn spectrum(&self, energies: EnergyGrid) -> Result<Spectrum> {
-        if !self.is_polyenergetic() {
-            self.mono_energy(energies)?;
-            return Spectrum::monoenergetic(self.mono_energy_kev);
-        }
-        // SAFETY: by the caller's promise these are null or have one value per energy.
-        let (spectrum, response) = unsafe {
-            (
-                memory::read_optional("scene.spectrum", self.spectrum, self.energy_count)?,
-                memory::read_optional("scene.detector_response", self.detector_response, self.energy_count)?,
-            )
-        };
-        let spectrum = match spectrum {
-            Some(weights) => Spectrum::new("the caller's spectrum", energies, widened(weights)?),
-            None => Spectrum::named(Spectrum::DEFAULT, energies),
-        };
-        let folded = |spectrum: Spectrum| match response {
-            Some(factors) => {
-                let response = DetectorResponse::new("the caller's detector", energies, widened(factors)?)?;
-                spectrum.folded(&response)
-            }
-            None => Ok(spectrum),
-        };
-        spectrum.and_then(folded).map_err(|error| error.of("scene"))
-    }
-
-    /// # Safety
-    /// As for [`Self::read`].
-    unsafe fn materials(&self, energies: EnergyGrid) -> Result<MassAttenuation> {
-        let count = self.material_count;
-        let built_in = MassAttenuation::SPECIFICATION;
-        if self.mass_attenuation.is_null() {
-            if count != built_in.len() {
-                let valid = format!("{} when mass_attenuation is NULL", built_in.len());
-                return Err(Error::invalid("scene.material_count", count, valid));
-            }
-            if self.is_polyenergetic() {
-                return MassAttenuation::named(&built_in, energies).map_err(|error| error.of("scene"));
-            }
-            return MassAttenuation::named(&built_in, EnergyGrid::single(self.mono_energy_kev)?)
-                .map_err(|error| error.called(&EnergyGrid::argument(0), "scene.mono_energy_kev"));
-        }
-        if !(1..=MAX_MATERIALS).contains(&count) {
-            return Err(Error::invalid("scene.material_count", count, format!("1 … {MAX_MATERIALS}")));
-        }
-        // SAFETY: by the caller's promise there is one value per material and energy.
-        let values = unsafe {
-            memory::read_array("scene.mass_attenuation", self.mass_attenuation, count * energies.count())?
-        };
-        let table = MassAttenuation::new(energies, material_names(count), widened(values)?)
-            .map_err(|error| error.of("scene"))?;
-        if self.is_polyenergetic() {
-            return Ok(table);
-        }
-        let bin = self.mono_energy(energies)?;
-        let column = (0..count).map(|m| table.coefficients(m)[bin]).collect();
-        MassAttenuation::new(EnergyGrid::single(self.mono_energy_kev)?, material_names(count), column)
-    }
-
-    /// The bin of `mono_energy_kev`.
-    fn mono_energy(&self, energies: EnergyGrid) -> Result<usize> {
-        energies.index_of(self.mono_energy_kev).ok_or_else(|| {
-            Error::invalid("scene.mono_energy_kev", self.mono_energy_kev, format!("one of {energies}"))
-        })
     }
 }
 

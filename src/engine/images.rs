@@ -24,7 +24,8 @@ impl Layers {
 }
 
 /// The layers of all views. A layer that was not asked for is empty. Pixel (i, j) of view v is at
-/// `(v*height + j)*width + i`; areal densities at `((v*materials + m)*height + j)*width + i`.
+/// `(v*height + j)*width + i`; areal densities at `((v*materials + m)*height + j)*width + i`; intensity and line integral of a
+/// detector with two layers at `((v*2 + l)*height + j)*width + i`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Images<T> {
     /// Width and height, pixels.
@@ -33,6 +34,8 @@ pub struct Images<T> {
     pub views: usize,
     /// Number of materials of the scene.
     pub materials: usize,
+    /// Number of layers of the detector.
+    pub detector_layers: usize,
     /// See [`Layers::intensity`].
     pub intensity: Vec<T>,
     /// See [`Layers::line_integral`].
@@ -85,8 +88,19 @@ impl PixelValue {
 }
 
 impl<T: Copy + Default> Images<T> {
-    /// Zeros for the wanted layers.
+    /// Zeros for the wanted layers of a detector of one layer.
     pub(super) fn zeroed(size: [usize; 2], views: usize, materials: usize, layers: Layers) -> Result<Self> {
+        Self::of_layers(size, views, materials, 1, layers)
+    }
+
+    /// Zeros for the wanted layers.
+    pub(crate) fn of_layers(
+        size: [usize; 2],
+        views: usize,
+        materials: usize,
+        detector_layers: usize,
+        layers: Layers,
+    ) -> Result<Self> {
         let pixels = size[0] * size[1] * views;
         let layer = |wanted: bool, count: usize| {
             if wanted { filled(count, T::default(), "the images") } else { Ok(Vec::new()) }
@@ -95,8 +109,9 @@ impl<T: Copy + Default> Images<T> {
             size,
             views,
             materials,
-            intensity: layer(layers.intensity, pixels)?,
-            line_integral: layer(layers.line_integral, pixels)?,
+            detector_layers,
+            intensity: layer(layers.intensity, pixels * detector_layers)?,
+            line_integral: layer(layers.line_integral, pixels * detector_layers)?,
             areal_density: layer(layers.areal_density, pixels * materials)?,
             bone_path: layer(layers.bone_path, pixels)?,
         })
@@ -126,10 +141,26 @@ impl<T: Copy + Default> Images<T> {
         }
     }
 
+    /// Puts the images of one view, of which there are no others, in a view's place.
+    pub(crate) fn put(&mut self, view: usize, one: &Self) {
+        let put = |to: &mut Vec<T>, from: &Vec<T>| {
+            to[view * from.len()..(view + 1) * from.len()].copy_from_slice(from);
+        };
+        put(&mut self.intensity, &one.intensity);
+        put(&mut self.line_integral, &one.line_integral);
+        put(&mut self.areal_density, &one.areal_density);
+        put(&mut self.bone_path, &one.bone_path);
+    }
+
     /// One view of a layer made of one plane per view.
     pub fn view<'a>(&self, layer: &'a [T], view: usize) -> &'a [T] {
         let pixels = self.size[0] * self.size[1];
         &layer[view * pixels..(view + 1) * pixels]
+    }
+
+    /// Intensity or line integral of one layer of the detector in one view.
+    pub fn of_detector_layer<'a>(&self, layer: &'a [T], view: usize, detector_layer: usize) -> &'a [T] {
+        self.view(layer, view * self.detector_layers + detector_layer)
     }
 
     /// The areal density of one material in one view.
@@ -146,6 +177,7 @@ impl<T> Images<T> {
             size: self.size,
             views: self.views,
             materials: self.materials,
+            detector_layers: self.detector_layers,
             intensity: layer(&self.intensity),
             line_integral: layer(&self.line_integral),
             areal_density: layer(&self.areal_density),

@@ -17,6 +17,7 @@ mod images;
 mod metal;
 mod progress;
 pub mod reference;
+mod signals;
 mod timings;
 
 use std::ffi::c_void;
@@ -28,6 +29,7 @@ pub use encode::DeviceOutputs;
 pub(crate) use encode::unsupported_queues;
 pub use images::{Images, Layers};
 pub use progress::{Progress, Report, SILENT};
+pub use signals::{MAX_BEFORE, MAX_SIGNALS, Passed, SignalsJob};
 pub use timings::Timings;
 
 use crate::error::{Error, Result};
@@ -129,6 +131,17 @@ pub trait Engine: Send + Sync {
     /// # Errors
     /// `Cancelled` once the job's progress says so: each thread finishes at most one more piece of work; `OutOfMemory`.
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>>;
+
+    /// Casts the rays of all views and sums what passes of them by several rows of weights, beside the layers that the job
+    /// has; `None` where the engine leaves the
+    /// sums to whoever has the areal densities.
+    ///
+    /// # Errors
+    /// As [`Engine::project`].
+    fn signals(&self, job: &SignalsJob<'_>) -> Result<Option<(Images<f32>, Passed)>> {
+        let _ = job;
+        Ok(None)
+    }
 
     /// Puts the projection of all views into a queue of the device's and returns without waiting for it. The job's
     /// progress hears nothing.

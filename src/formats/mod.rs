@@ -5,6 +5,7 @@
 
 mod colour_picture;
 mod ct;
+mod curve;
 mod error_map;
 mod exr;
 mod geometry;
@@ -25,6 +26,7 @@ use crate::error::Error;
 
 pub use colour_picture::{ColourPicture, Rgb};
 pub use ct::{CtHeader, CtReader, Slice, VoxelKind, open_ct};
+pub use curve::read_curve;
 pub use error_map::{error_colour, error_map};
 pub use exr::{ExrImage, write_exr};
 pub use geometry::GeometryFile;

@@ -19,6 +19,7 @@ use crate::geometry::Grid;
 
 pub use catalogue::{Rod, rod_axes};
 pub use shape::Shape;
+pub(crate) use shape::{approach, intersection};
 
 /// HU where no part is.
 pub const BACKGROUND_HU: i16 = -1000;

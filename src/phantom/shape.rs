@@ -111,13 +111,7 @@ impl Shape {
     /// The solution is relative to the point of the line that is nearest to the centre, so that a far origin costs no
     /// digits of the chord until the offset is added at the end.
     pub fn interval(&self, origin: DVec3, direction: DVec3) -> Option<[f64; 2]> {
-        let offset = origin - self.centre();
-        let nearest = -offset.dot(direction) / direction.length_squared();
-        if !nearest.is_finite() {
-            return None;
-        }
-        // Fused: the product of a large parameter and the direction is not rounded before it cancels the offset.
-        let position = direction.mul_add(DVec3::splat(nearest), offset);
+        let (nearest, position) = approach(self.centre(), origin, direction)?;
         let [enter, leave] = self.interval_about_centre(position, direction)?;
         Some([nearest + enter, nearest + leave])
     }
@@ -154,6 +148,15 @@ impl Shape {
     }
 }
 
+/// The parameter at which the line `origin + t * direction` is nearest to `centre`, and that point relative to the centre;
+/// `None` where there is none: no direction, or no numbers.
+pub(crate) fn approach(centre: DVec3, origin: DVec3, direction: DVec3) -> Option<(f64, DVec3)> {
+    let offset = origin - centre;
+    let nearest = -offset.dot(direction) / direction.length_squared();
+    // Fused: the product of a large parameter and the direction is not rounded before it cancels the offset.
+    nearest.is_finite().then(|| (nearest, direction.mul_add(DVec3::splat(nearest), offset)))
+}
+
 /// Where |position + t * velocity| ≤ radius: all t when the velocity is 0 and the position inside.
 fn ball(position: DVec3, velocity: DVec3, radius: f64) -> Option<[f64; 2]> {
     let speed_squared = velocity.length_squared();
@@ -180,7 +183,8 @@ fn slab(position: f64, velocity: f64, half: f64) -> Option<[f64; 2]> {
     Some([a.min(b), a.max(b)])
 }
 
-fn intersection(a: [f64; 2], b: [f64; 2]) -> Option<[f64; 2]> {
+/// The part of two intervals that both have.
+pub(crate) fn intersection(a: [f64; 2], b: [f64; 2]) -> Option<[f64; 2]> {
     let (start, end) = (a[0].max(b[0]), a[1].min(b[1]));
     (start <= end).then_some([start, end])
 }

@@ -7,7 +7,7 @@ use crate::physics::tables::MASS_ATTENUATION;
 /// Most materials of one scene.
 pub const MAX_MATERIALS: usize = 8;
 /// Largest mass attenuation coefficient, cm²/g: the line integral through any volume stays far from the end of float32.
-const MAX_ATTENUATION: f64 = 1e9;
+pub(crate) const MAX_ATTENUATION: f64 = 1e9;
 
 /// Total mass attenuation coefficients μ/ρ in cm²/g, with coherent scattering, of up to [`MAX_MATERIALS`] materials.
 ///

@@ -100,7 +100,7 @@ impl EnergyGrid {
     }
 
     /// Checks one value per energy: the length, then that every value is in `range`, which `valid` puts in words.
-    pub(super) fn check_values(
+    pub(crate) fn check_values(
         &self,
         argument: &str,
         values: &[f64],

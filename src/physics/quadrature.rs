@@ -4,7 +4,6 @@ mod alloy;
 mod bound;
 mod choice;
 mod expansion;
-mod least_squares;
 mod training;
 
 use serde::Serialize;

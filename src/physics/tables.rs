@@ -19,6 +19,9 @@ pub(super) static SPECTRA: LazyLock<EnergyTable> =
 pub(super) static DETECTOR: LazyLock<EnergyTable> =
     LazyLock::new(|| EnergyTable::parse(include_str!("tables/detector.csv")));
 
+/// Partial mass attenuation, cm²/g: one line per tissue and energy.
+pub(super) const COMPONENTS: &str = include_str!("tables/mu_rho_components.csv");
+
 /// Columns of numbers over the 136 energies of [`EnergyGrid::SPECIFICATION`].
 pub(super) struct EnergyTable {
     names: Vec<&'static str>,

@@ -1,5 +1,7 @@
 //! How a scene is simulated: the stages it calls for, what each costs and why, and what was left out.
 
+mod effects;
+mod measured;
 mod signal;
 mod stage;
 #[cfg(test)]
@@ -9,11 +11,13 @@ pub use stage::{Omission, Stage};
 
 use serde::Serialize;
 
+use crate::effects::Effects;
 use crate::engine::Backend;
 use crate::error::{Error, Result};
+use crate::exposure::Focus;
 use crate::method::{Accumulation, Algorithm, Energies, Method, Storage};
 use crate::physics::{MassAttenuation, Quadrature};
-use crate::planner::Choice;
+use crate::planner::{Choice, Decision, FocusChoice, LeftOut};
 use crate::scene::Scene;
 use crate::volume::{Volume, Voxels};
 
@@ -46,6 +50,18 @@ pub struct Plan {
     /// Pixels that a GPU works on together, columns and rows, where one does. Changes the time and nothing else.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub block: Option<[usize; 2]>,
+    /// What is simulated beside attenuation.
+    #[serde(skip)]
+    pub effects: Effects,
+    /// How the focal spot is simulated, where the scene has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub focus: Option<FocusChoice>,
+    /// Effects that the scene asks for and that change too little.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<LeftOut>,
+    /// What all of it took per view, s, where it was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured_seconds: Option<f64>,
     /// What runs, in order.
     pub stages: Vec<Stage>,
     /// What does not run, and why.
@@ -76,7 +92,7 @@ impl Plan {
     ) -> Result<Self> {
         scene.validate()?;
         engine.check_reads(volume)?;
-        let quadrature = quadrature.filter(|_| engine != Backend::Reference);
+        let quadrature = quadrature.filter(|_| engine != Backend::Reference && !scene.has_effects());
         Self::check_method(scene.method, volume, engine)?;
         let names = scene.materials.names();
         Self::check_labels(names, volume)?;
@@ -96,6 +112,10 @@ impl Plan {
             quadrature,
             choice: None,
             block: Self::block(engine, volume),
+            effects: scene.effects.clone(),
+            focus: None,
+            left_out: Vec::new(),
+            measured_seconds: None,
             stages: Vec::new(),
             omissions: Vec::new(),
             materials,
@@ -103,6 +123,23 @@ impl Plan {
         plan.stages = stage::stages(&plan, scene, volume);
         plan.omissions = stage::omissions(&plan, scene, volume);
         Ok(plan)
+    }
+
+    /// The same for one ray per pixel of a detector of another size, without effects.
+    #[must_use]
+    pub(crate) fn of_rays(&self, detector: [usize; 2]) -> Self {
+        let effects = Effects::default();
+        Self { detector, supersampling: 1, effects, focus: None, ..self.clone() }
+    }
+
+    /// The same with what was decided about the scene's effects.
+    #[must_use]
+    pub(crate) fn with_effects(self, decision: Decision, scene: &Scene, volume: &Volume) -> Self {
+        let Decision { effects, focus, left_out } = decision;
+        let mut plan = Self { effects, focus, left_out, ..self };
+        plan.stages = stage::stages(&plan, scene, volume);
+        plan.omissions = stage::omissions(&plan, scene, volume);
+        plan
     }
 
     /// As it is computed: without a quadrature over every energy.
@@ -178,6 +215,12 @@ impl Plan {
         self.detector[0] * self.detector[1] * self.supersampling * self.supersampling
     }
 
+    /// Points of the focal spot that rays are cast from.
+    pub(crate) fn focal_points(&self) -> usize {
+        let spread = self.focus.as_ref().filter(|choice| choice.focus == Focus::Points);
+        spread.map_or(1, |choice| choice.points[0] * choice.points[1])
+    }
+
     /// Most samples of the volume that one ray can take.
     pub fn samples_per_ray(&self) -> usize {
         let slices = self.volume.iter().copied().max().unwrap_or(0) as f64;
@@ -216,7 +259,17 @@ impl std::fmt::Display for Plan {
             let when = if stage.on_request { "may" } else { "run" };
             writeln!(f, "  {when}   {:<14} {}", stage.name, stage.what)?;
             writeln!(f, "        {:<14} because {}", "", stage.reason)?;
-            writeln!(f, "        {:<14} cost per view: {}; error: {}", "", stage.cost, stage.error)?;
+            writeln!(
+                f,
+                "        {:<14} cost per view: {}{}; error: {}",
+                "",
+                stage.cost,
+                stage.time(),
+                stage.error
+            )?;
+        }
+        if let Some(seconds) = self.measured_seconds {
+            writeln!(f, "  took  {:<14} {seconds:.3} s per view, measured", "in all")?;
         }
         for omission in &self.omissions {
             writeln!(f, "  skip  {:<14} {}", omission.name, omission.reason)?;

@@ -1,7 +1,7 @@
 //! The stage that makes a signal of areal densities.
 
 use crate::engine::Backend;
-use crate::physics::Quadrature;
+use crate::physics::{DetectorResponse, Quadrature};
 use crate::plan::{Plan, Stage};
 use crate::scene::Scene;
 
@@ -21,6 +21,8 @@ fn one_energy(plan: &Plan, rays: usize) -> Stage {
         reason: "the spectrum has a single bin".into(),
         cost: format!("{rays} exponentials"),
         error: rounding(plan).into(),
+        seconds: None,
+        measured_seconds: None,
     }
 }
 
@@ -29,13 +31,16 @@ fn all_energies(plan: &Plan, scene: &Scene, rays: usize) -> Stage {
         name: "spectrum",
         on_request: false,
         what: format!(
-            "I = Σ_k w_k exp(−Σ_m (μ/ρ)_m(E_k) A_m) over {} bins × {} materials, once per ray",
+            "I = Σ_k w_k exp(−Σ_m (μ/ρ)_m(E_k) A_m) over {} bins × {} materials, {}",
             plan.energy_bins,
-            plan.materials.len()
+            plan.materials.len() + beside(plan),
+            how_often(plan, scene)
         ),
-        reason: format!("the scene is poly-energetic ({})", scene.spectrum.name()),
+        reason: format!("the scene is poly-energetic ({})", spectrum_name(scene)),
         cost: cost(plan, rays, plan.energy_bins),
         error: rounding(plan).into(),
+        seconds: None,
+        measured_seconds: None,
     }
 }
 
@@ -59,7 +64,7 @@ fn few_energies(plan: &Plan, scene: &Scene, quadrature: &Quadrature, rays: usize
         ),
         reason: format!(
             "the scene is poly-energetic ({}), and few energies keep the bound that it asks for",
-            scene.spectrum.name()
+            spectrum_name(scene)
         ),
         cost: format!(
             "{}; where all rays lie beyond, {}",
@@ -72,6 +77,33 @@ fn few_energies(plan: &Plan, scene: &Scene, quadrature: &Quadrature, rays: usize
             quadrature.bound(),
             quadrature.floor()
         ),
+        seconds: None,
+        measured_seconds: None,
+    }
+}
+
+/// Materials in the way of rays that the march does not meet: those of implants alone, filters and the anode.
+fn beside(plan: &Plan) -> usize {
+    let effects = &plan.effects;
+    let marched = |label: u8| plan.materials.iter().any(|material| material.label == label);
+    let mut implanted: Vec<u8> = effects.implants.iter().map(|implant| implant.material).collect();
+    implanted.sort_unstable();
+    implanted.dedup();
+    let implanted = implanted.into_iter().filter(|label| !marched(*label)).count();
+    implanted + effects.filters.len() + usize::from(effects.heel.is_some())
+}
+
+fn how_often(plan: &Plan, scene: &Scene) -> String {
+    let ray = match plan.focal_points() {
+        1 => "once per ray".into(),
+        points => format!("once per ray and each of {points} points of the focal spot"),
+    };
+    let noisy = plan.effects.noise.as_ref().is_some_and(|noise| noise.quantum);
+    match (scene.layers(), noisy && !scene.detector_layers.iter().all(DetectorResponse::counts_photons)) {
+        (1, false) => ray,
+        (1, true) => format!("{ray}, for the signal and the moments of its noise"),
+        (layers, false) => format!("{ray}, for {layers} detector layers"),
+        (layers, true) => format!("{ray}, for {layers} detector layers and the moments of their noise"),
     }
 }
 
@@ -85,5 +117,16 @@ fn rounding(plan: &Plan) -> &'static str {
     match plan.engine {
         Backend::Reference => "float64 rounding",
         _ => "float32: |Δp| ≤ 2e-6 p + 1e-6",
+    }
+}
+
+/// With the detector's response.
+fn spectrum_name(scene: &Scene) -> String {
+    let layers = scene.detector_layers.iter().map(DetectorResponse::name);
+    let layers = layers.collect::<Vec<_>>().join(" and ");
+    if layers.is_empty() {
+        scene.spectrum.name().into()
+    } else {
+        format!("{} × {layers}", scene.spectrum.name())
     }
 }

@@ -4,12 +4,12 @@ use serde::Serialize;
 
 use crate::engine::Backend;
 use crate::method::{Algorithm, Energies};
-use crate::plan::{Plan, signal};
+use crate::plan::{Plan, effects, signal};
 use crate::scene::Scene;
 use crate::volume::Volume;
 
 /// Something that runs.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stage {
     /// Short name.
     pub name: &'static str,
@@ -21,8 +21,21 @@ pub struct Stage {
     pub reason: String,
     /// An upper bound of its work per view, counted, not timed.
     pub cost: String,
+    /// Predicted time per view, s, where rates are known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
+    /// What it took per view, s, where it was measured.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured_seconds: Option<f64>,
     /// How far its result can be from the exact one, and against what.
     pub error: String,
+}
+
+impl Stage {
+    /// Whether it is there because of the scene's effects.
+    pub fn is_effect(&self) -> bool {
+        effects::NAMES.contains(&self.name)
+    }
 }
 
 /// Something that does not run.
@@ -36,8 +49,10 @@ pub struct Omission {
 
 pub(super) fn stages(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Stage> {
     let rays = plan.rays_per_view();
-    let mut stages = vec![march(plan, rays), signal::stage(plan, scene, rays)];
-    if plan.supersampling > 1 {
+    let cast = rays * plan.focal_points();
+    let mut stages = vec![march(plan, cast), signal::stage(plan, scene, cast)];
+    stages.extend(effects::stages(plan, scene));
+    if plan.supersampling > 1 && plan.effects.fill_factor.is_none() {
         stages.push(Stage {
             name: "supersampling",
             on_request: false,
@@ -45,6 +60,8 @@ pub(super) fn stages(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Stage> 
             reason: "the scene asks for it".into(),
             cost: format!("{rays} additions per layer"),
             error: "point sampling of the pixel's area".into(),
+            seconds: None,
+            measured_seconds: None,
         });
     }
     if let Some(bone) = scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled) {
@@ -55,6 +72,8 @@ pub(super) fn stages(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Stage> 
             reason: "a call may ask for the bone_path layer".into(),
             cost: format!("at most {} voxel reads", rays * 3 * longest(plan)),
             error: "exact for voxels of constant label".into(),
+            seconds: None,
+            measured_seconds: None,
         });
     }
     stages
@@ -86,6 +105,8 @@ fn march(plan: &Plan, rays: usize) -> Stage {
             Backend::Reference => "float64 rounding".into(),
             _ => "float32: |ΔA| ≤ 1e-6 A + 5e-7 ρ X, X half the volume's diagonal".into(),
         },
+        seconds: None,
+        measured_seconds: None,
     }
 }
 
@@ -97,10 +118,12 @@ pub(super) fn omissions(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Omis
     let mut omissions = Vec::new();
     for (label, name) in scene.materials.names().iter().enumerate() {
         if plan.materials.iter().all(|m| usize::from(m.label) != label) {
-            let reason = if volume.materials()[label].labelled {
-                "all its voxels have density 0: it attenuates nothing"
-            } else {
-                "no voxel carries its label"
+            let implanted =
+                plan.effects.implants.iter().any(|implant| usize::from(implant.material) == label);
+            let reason = match volume.materials()[label].labelled {
+                _ if implanted => "only implants are made of it, whose chords need no march",
+                true => "all its voxels have density 0: it attenuates nothing",
+                false => "no voxel carries its label",
             };
             omissions.push(Omission {
                 name: name.clone(),
@@ -111,21 +134,40 @@ pub(super) fn omissions(plan: &Plan, scene: &Scene, volume: &Volume) -> Vec<Omis
     if matches!(scene.method.energies, Energies::Few { .. }) && plan.quadrature.is_none() {
         omissions.push(Omission {
             name: "few energies".into(),
-            reason: "none are known that keep the bound; all bins are summed".into(),
+            reason: if scene.has_effects() {
+                "effects are made of every energy; all bins are summed".into()
+            } else {
+                "none are known that keep the bound; all bins are summed".into()
+            },
         });
     }
-    let dropped = scene.spectrum.weights().len() - plan.energy_bins;
-    if dropped > 0 {
-        omissions.push(Omission {
-            name: "energy bins".into(),
-            reason: format!("{dropped} bins have weight 0 and add exactly nothing"),
-        });
-    }
+    omissions.extend(silent_bins(scene));
     if scene.bone.is_some_and(|bone| !volume.materials()[usize::from(bone)].labelled) {
         omissions.push(Omission {
             name: "bone path".into(),
             reason: "no bone in this volume: the layer is 0".into(),
         });
     }
+    omissions.extend(effects::omissions(plan));
     omissions
+}
+
+/// Energies that no photon has, or that no layer of the detector sees.
+fn silent_bins(scene: &Scene) -> Option<Omission> {
+    let grid = scene.spectrum.grid();
+    let seen = |k: usize| {
+        let mut layers = scene.detector_layers.iter();
+        scene.spectrum.weights()[k] > 0.0
+            && (scene.detector_layers.is_empty() || layers.any(|layer| layer.factors()[k] > 0.0))
+    };
+    let silent: Vec<usize> = (0..grid.count()).filter(|&k| !seen(k)).collect();
+    let (first, last) = (grid.energy(*silent.first()?), grid.energy(*silent.last()?));
+    let range = if silent.last()? - silent.first()? + 1 == silent.len() { "at" } else { "between" };
+    Some(Omission {
+        name: "energy bins".into(),
+        reason: format!(
+            "{} bins {range} {first}–{last} keV carry 0 of the signal: exactly no error",
+            silent.len()
+        ),
+    })
 }

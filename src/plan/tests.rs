@@ -3,10 +3,11 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::*;
+use crate::effects::{DetectorBlur, FillFactor, Filter, Noise, Profile, Scatter};
 use crate::engine::reference::Reference;
 use crate::geometry::Grid;
 use crate::method::Energies;
-use crate::physics::{Calibration, Spectrum, Thresholds};
+use crate::physics::{Calibration, DetectorResponse, Spectrum, Thresholds};
 use crate::volume::Classification;
 
 fn volume(hu: &[i16], labels: Option<&[u8]>) -> Volume {
@@ -119,4 +120,39 @@ fn few_energies_are_in_the_plan_with_their_limits_and_their_bound() {
         None,
         "the truth is of all energies"
     );
+}
+
+/// What a scene asks for, in the order in which a photon meets it; what it does not ask for is said too.
+#[test]
+fn effects_are_stages_and_their_absence_is_stated() {
+    let grid = *Scene::new([8, 8]).expect("valid").spectrum.grid();
+    let effects = Effects {
+        fall_off: true,
+        filters: vec![Filter::named("copper", grid, Profile::Flat { mm: 0.1 }).expect("built in")],
+        scatter: Some(Scatter::default()),
+        detector_blur: Some(DetectorBlur::gaussians(&[(1.0, 0.2)]).expect("valid")),
+        fill_factor: Some(FillFactor::new(0.6).expect("valid")),
+        noise: Some(Noise { photons_per_pixel: 1e4, quantum: true, electronic_photons: 0.0, seed: 3 }),
+        ..Effects::default()
+    };
+    let response = DetectorResponse::named("top_energy", grid).expect("built in");
+    let scene =
+        Scene { effects, detector_layers: vec![response], bone: None, ..Scene::new([8, 8]).expect("valid") };
+    let planned = plan(&scene, &volume(&[40, 900], None));
+    let names: Vec<_> = planned.stages.iter().map(|stage| stage.name).collect();
+    assert_eq!(names, ["ray march", "spectrum", "source", "scatter", "detector blur", "pixels", "noise"]);
+    let what = |name: &str| &planned.stages.iter().find(|stage| stage.name == name).expect("planned").what;
+    assert!(what("source").contains("cos³θ") && what("source").contains("0.1 mm copper"));
+    assert!(what("spectrum").contains("moments") && what("noise").contains("compound Poisson"));
+    let others = planned.omissions.iter().find(|o| o.name == "not asked for").expect("stated");
+    assert!(others.reason.contains("heel effect, implants, focal spot:"), "{}", others.reason);
+
+    let plain = plan(
+        &Scene { effects: Effects::default(), detector_layers: Vec::new(), ..scene },
+        &volume(&[40], None),
+    );
+    let names: Vec<_> = plain.stages.iter().map(|stage| stage.name).collect();
+    assert_eq!(names, ["ray march", "spectrum"]);
+    let silent = plain.omissions.iter().find(|o| o.name == "energy bins").expect("stated");
+    assert!(silent.reason.starts_with("30 bins at 121–150 keV carry 0 of the signal"), "{}", silent.reason);
 }

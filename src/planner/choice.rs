@@ -3,13 +3,13 @@
 use serde::Serialize;
 
 use crate::accuracy::{CONFIDENCE, Estimate};
+use crate::context::Context;
 use crate::error::{Error, Result};
 use crate::method::{Algorithm, Energies, Method};
 use crate::physics::Quadrature;
 use crate::planner::candidates::candidates;
 use crate::planner::judge::Judge;
 use crate::planner::{Effort, expected};
-use crate::projector::Context;
 use crate::scene::Scene;
 use crate::tolerance::Tolerance;
 use crate::volume::Volume;

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::context::Context;
 use crate::engine::Backend;
 use crate::error::{Error, Result};
 use crate::method::{Algorithm, Energies, Method};
-use crate::planner::Effort;
-use crate::projector::Context;
+use crate::planner::{Effort, StageRate};
 
 /// What an engine's work takes, ns; on engines of the CPU of one thread.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -20,6 +20,10 @@ pub struct Rates {
     pub ray_ns: f64,
     /// Of one energy of one ray.
     pub energy_ns: f64,
+    /// Of what is made of the rays in scenes with effects, which is done by threads of the CPU whatever casts them: by
+    /// [`StageRate`] in words, of one thread. What is not there is taken from the built-in rates of `cpu`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub stage_ns: BTreeMap<String, f64>,
 }
 
 /// Largest rate, ns.
@@ -67,7 +71,9 @@ impl Rates {
             // Less than what times can tell.
             _ => slower * like.energy_ns,
         };
-        let mut rates = Self { sample_ns: BTreeMap::new(), ray_ns: slower * like.ray_ns, energy_ns };
+        let stage_ns = like.stage_ns.iter().map(|(name, ns)| (name.clone(), slower * ns)).collect();
+        let mut rates =
+            Self { sample_ns: BTreeMap::new(), ray_ns: slower * like.ray_ns, energy_ns, stage_ns };
         for time in times {
             let of_rays = effort.rays * (rates.ray_ns + energy_ns * time.energies as f64);
             let left = 1e9 * time.seconds - of_rays;
@@ -96,7 +102,8 @@ fn kind(method: Method) -> String {
 impl Default for Costs {
     /// As `drr tradeoff` measured them in the target case: `cuda` on an NVIDIA H100, `cpu` on 16 cores beside it. `metal` is
     /// `cuda` times 5.7, the estimate of `benches/README.md`, and has never been measured. Other engines are taken to be
-    /// like `cpu`.
+    /// like `cpu`. What is made of rays in scenes with effects was measured on one thread of another machine, a virtual x86-64
+    /// without wider vectors than SSE2, by `drr plan --measure --threads 1`.
     fn default() -> Self {
         let built_in = serde_json::from_str(include_str!("costs.json"));
         built_in.unwrap_or_else(|error| unreachable!("costs.json: {error}"))
@@ -124,6 +131,8 @@ impl Costs {
         }
         for (engine, rates) in &costs.engines {
             let named = rates.sample_ns.iter().map(|(kind, rate)| (kind.as_str(), rate, f64::MIN_POSITIVE));
+            let stages = rates.stage_ns.iter().map(|(stage, rate)| (stage.as_str(), rate, 0.0));
+            let named = named.chain(stages);
             let all = named.chain([("ray_ns", &rates.ray_ns, 0.0), ("energy_ns", &rates.energy_ns, 0.0)]);
             for (kind, rate, least) in all {
                 if !(least..=MOST_NS).contains(rate) {
@@ -155,6 +164,13 @@ impl Costs {
     /// The rates of an engine, if they are known.
     pub fn rates(&self, engine: Backend) -> Option<&Rates> {
         self.engines.get(engine.name())
+    }
+
+    /// What a stage of a development takes on one thread, ns.
+    pub(super) fn stage_ns(&self, engine: Backend, rate: StageRate) -> f64 {
+        let own = |costs: &Self, engine| costs.rates(engine)?.stage_ns.get(rate.name()).copied();
+        let here = own(self, engine).or_else(|| own(self, Backend::Cpu));
+        here.or_else(|| own(&Self::default(), Backend::Cpu)).unwrap_or(0.0)
     }
 
     /// Predicted time of a method on the context's engine, s. What is not known is taken from the built-in rates, scaled by

@@ -4,11 +4,12 @@
 use std::sync::Arc;
 
 use crate::accuracy::{Estimate, Sample, Truth};
+use crate::context::Context;
 use crate::engine::{Images, Layers, SILENT};
 use crate::error::Result;
 use crate::method::{Algorithm, Method};
 use crate::planner::{Reach, expected};
-use crate::projector::{Context, Projector, ViewRequest};
+use crate::projector::{Projector, ViewRequest};
 use crate::scene::Scene;
 use crate::volume::Volume;
 

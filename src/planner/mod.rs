@@ -4,10 +4,16 @@ mod cache;
 mod candidates;
 mod choice;
 mod costs;
+mod effects;
 mod effort;
 mod expected;
+mod focal_spot;
 mod judge;
+mod negligible;
+mod predicted;
+mod rays;
 mod reach;
+mod stage_rate;
 #[cfg(test)]
 mod tests;
 
@@ -15,18 +21,23 @@ pub(crate) use cache::Cache;
 pub use candidates::candidates;
 pub use choice::{Candidate, Choice, Verdict};
 pub use costs::{Costs, Rates, Timed};
+pub(crate) use effects::Decision;
+pub use effects::LeftOut;
 pub use effort::Effort;
+pub use focal_spot::FocusChoice;
 pub use reach::Reach;
+pub use stage_rate::StageRate;
 
 use std::sync::Arc;
 
 use crate::accuracy::Sample;
+use crate::context::Context;
 use crate::engine::Backend;
 use crate::error::{Error, Result};
 use crate::method::{Algorithm, Energies, FEW_ENERGIES_RANGE, Method};
 use crate::plan::Plan;
 use crate::planner::judge::Judge;
-use crate::projector::{Context, Projector};
+use crate::projector::Projector;
 use crate::scene::Scene;
 use crate::tolerance::Tolerance;
 use crate::volume::Volume;
@@ -40,6 +51,9 @@ const SEED: u64 = 1;
 /// The part of a tolerance that the sum over energies may use up.
 const ENERGIES_SHARE: f64 = 0.05;
 
+/// The part of a tolerance that an effect may use up that is simplified or left out.
+const SHARE: f64 = 0.1;
+
 /// The plan of a scene on a context's engine; from the context's cache where the same has been planned before.
 ///
 /// # Errors
@@ -50,22 +64,29 @@ pub(crate) fn plan(context: &Context, volume: &Arc<Volume>, scene: &Scene) -> Re
     scene.validate()?;
     let method = if scene.tolerance.is_some() { Algorithm::Joseph.into() } else { scene.method };
     let plain = Plan::new(&Scene { method, ..scene.clone() }, volume, engine, None)?;
-    let few = scene.method.energies != Energies::All && engine != Backend::Reference;
-    if scene.tolerance.is_none() && !few {
-        return Ok(plain);
+    // Effects are made of every energy.
+    let few = scene.method.energies != Energies::All && engine != Backend::Reference && !scene.has_effects();
+    if scene.tolerance.is_none() && !few && scene.effects.focal_spot.is_none() {
+        return Ok(predicted::with_seconds(plain, context, volume, scene));
     }
-    if engine == Backend::Reference {
+    if engine == Backend::Reference && scene.tolerance.is_some() {
         return Err(Error::Unsupported(
             "the engine reference takes no tolerance: its algorithm exact has no error".into(),
         ));
     }
     context.plans().get_or_make(volume, scene, || {
-        if let Some(tolerance) = scene.tolerance {
-            return cheapest(context, volume, scene, tolerance);
-        }
-        let sample = Sample::new(&expected::views(scene, volume), scene.detector, RAYS, SEED);
-        let reach = Reach::of_rays(context, volume, scene, &sample)?;
-        Plan::new(scene, volume, engine, reach.quadrature(scene)?)
+        let plan = match scene.tolerance {
+            Some(tolerance) => cheapest(context, volume, scene, tolerance)?,
+            None if few => {
+                let sample = Sample::new(&expected::views(scene, volume), scene.detector, RAYS, SEED);
+                let reach = Reach::of_rays(context, volume, scene, &sample)?;
+                Plan::new(scene, volume, engine, reach.quadrature(scene)?)?
+            }
+            None => plain,
+        };
+        let floor = plan.choice.as_ref().map(|choice| choice.floor);
+        let plan = plan.with_effects(effects::decide(context, volume, scene, floor)?, scene, volume);
+        Ok(predicted::with_seconds(plan, context, volume, scene))
     })
 }
 
@@ -74,7 +95,12 @@ fn cheapest(context: &Context, volume: &Arc<Volume>, scene: &Scene, tolerance: T
     let judge = Judge::new(context, volume, scene)?;
     let few = Energies::Few { hu: (ENERGIES_SHARE * tolerance.hu).max(FEW_ENERGIES_RANGE[0]) };
     let with = |method: Method| scene.with_method(method);
-    let quadrature = judge.reach().quadrature(&with(Method { energies: few, ..scene.method }))?;
+    // Effects are made of every energy.
+    let quadrature = if scene.has_effects() {
+        None
+    } else {
+        judge.reach().quadrature(&with(Method { energies: few, ..scene.method }))?
+    };
     let energies = if quadrature.is_some() { few } else { Energies::All };
     let cpu = context.on_cpu();
     let mut choice = Choice::new(context, volume, scene, tolerance, energies, &judge, quadrature.as_ref())?;
@@ -93,6 +119,7 @@ fn cheapest(context: &Context, volume: &Arc<Volume>, scene: &Scene, tolerance: T
             break;
         }
     }
-    let plan = Plan::new(&with(choice.method()?), volume, context.backend(), quadrature)?;
+    let scene = Scene { method: choice.method()?, tolerance: None, ..scene.clone() };
+    let plan = Plan::new(&scene, volume, context.backend(), quadrature)?;
     Ok(Plan { choice: Some(choice), ..plan })
 }

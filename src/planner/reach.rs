@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use crate::accuracy::{FLOOR, Sample};
+use crate::context::Context;
 use crate::engine::{Images, Layers, SILENT};
 use crate::error::Result;
 use crate::method::{Algorithm, Energies};
 use crate::physics::Quadrature;
-use crate::projector::{Context, Projector};
+use crate::projector::Projector;
 use crate::scene::Scene;
 use crate::volume::Volume;
 

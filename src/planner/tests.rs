@@ -113,8 +113,12 @@ fn the_costs_decide_which_is_cheapest() {
     let volume = blocks([40, 32, 24]);
     let free = |step: f64| {
         let kind = Method::from(Algorithm::March { step }).to_string();
-        let rates =
-            Rates { sample_ns: [(kind, 0.0), ("joseph".into(), 1.0)].into(), ray_ns: 0.0, energy_ns: 0.0 };
+        let rates = Rates {
+            sample_ns: [(kind, 0.0), ("joseph".into(), 1.0)].into(),
+            ray_ns: 0.0,
+            energy_ns: 0.0,
+            stage_ns: [].into(),
+        };
         let context = context().with_costs(Costs::new("a joke", Backend::Cpu, rates));
         plan(&context, &volume, &scene(500.0)).expect("planned").method.algorithm
     };

@@ -5,6 +5,7 @@ use std::mem::MaybeUninit;
 use std::ptr::null_mut;
 
 use drr::capi::context::*;
+use drr::capi::effects::*;
 use drr::capi::geometry::*;
 use drr::capi::outputs::*;
 use drr::capi::projector::*;

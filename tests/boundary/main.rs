@@ -9,6 +9,10 @@ mod given;
 use std::ptr::{null, null_mut};
 
 use drr::capi::context::*;
+use drr::capi::effects::*;
+use drr::capi::exposure::*;
+use drr::capi::filter::*;
+use drr::capi::implant::*;
 use drr::capi::outputs::*;
 use drr::capi::physics::*;
 use drr::capi::projector::*;
@@ -203,6 +207,87 @@ fn one_projector_serves_two_threads() {
         }
     });
     destroy(projector, volume, context);
+}
+
+/// Every array that a scene points to, and a handle that outlives what it was made from. Built-in tables stay out of it.
+#[test]
+fn a_scene_with_effects_is_exposed_and_developed() {
+    let ones = [1.0_f32; ENERGIES];
+    let (angles, thicknesses) = ([-20.0, 20.0], [1.0, 2.0]);
+    let bow_tie = DrrFilter {
+        material: null(),
+        mass_attenuation: ones.as_ptr(),
+        density: 1.0,
+        thickness_mm: f64::NAN,
+        angles_degrees: angles.as_ptr(),
+        thicknesses_mm: thicknesses.as_ptr(),
+        point_count: 2,
+    };
+    let sections = [DrrScrewSection { length_mm: 0.5, radius_mm: 0.25 }; 2];
+    let screw = DrrImplant {
+        shape: DRR_IMPLANT_SCREW,
+        material: 3,
+        density: 4.5,
+        position: [1.0, 0.5, 0.5],
+        axes: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        radius_mm: f64::NAN,
+        sections: sections.as_ptr(),
+        section_count: 2,
+    };
+    let (frequencies, mtf) = ([0.0, 0.1, 0.2], [1.0, 0.9, 0.7]);
+    let scene = DrrScene {
+        second_detector_response: ones.as_ptr(),
+        second_detector_efficiency: ones.as_ptr(),
+        filters: &raw const bow_tie,
+        filter_count: 1,
+        implants: &raw const screw,
+        implant_count: 1,
+        mtf_frequencies_per_mm: frequencies.as_ptr(),
+        mtf: mtf.as_ptr(),
+        mtf_count: 3,
+        photons_per_pixel: 100.0,
+        effects: DRR_EFFECT_POLYENERGETIC | DRR_EFFECT_FALL_OFF | DRR_EFFECT_QUANTUM_NOISE,
+        ..scene(DRR_ALGORITHM_SIDDON)
+    };
+    let context = context(DRR_BACKEND_CPU, 2);
+    let volume = float32_labelled(context);
+    let projector = projector(volume, &scene);
+    let (poses, mut exposure) = (poses(), null_mut());
+    let mut images = [[f32::NAN; 2 * PIXELS]; 3];
+    let outputs = images
+        .each_mut()
+        .map(|image| DrrOutputs { intensity: image.as_mut_ptr(), ..initialised(drr_outputs_init) });
+    // SAFETY: live handles, as many poses and places for images as are said, a scene whose arrays live.
+    unsafe {
+        ok(drr_projector_project_poses(projector, poses.as_ptr(), VIEWS, &raw const outputs[0]));
+        let silent = (None, null_mut());
+        ok(drr_exposure_create_poses(
+            projector,
+            poses.as_ptr(),
+            VIEWS,
+            silent.0,
+            silent.1,
+            &raw mut exposure,
+        ));
+        destroy(projector, volume, context);
+        ok(drr_exposure_develop(exposure, null(), &raw const outputs[1]));
+        ok(drr_exposure_develop(exposure, &raw const scene, &raw const outputs[2]));
+        let other = DrrScene { implant_count: 0, ..scene };
+        refused(
+            drr_exposure_develop(exposure, &raw const other, &raw const outputs[2]),
+            "scene.implant_count is 0",
+        );
+        let other = DrrScene { implants: null(), ..scene };
+        refused(
+            drr_exposure_develop(exposure, &raw const other, &raw const outputs[2]),
+            "scene.implants is another",
+        );
+        ok(drr_exposure_destroy(exposure));
+        ok(drr_exposure_destroy(null_mut()));
+    }
+    assert_eq!(images[0], images[1]);
+    assert_eq!(images[0], images[2]);
+    assert!(images[0].iter().all(|value| value.is_finite()), "{images:?}");
 }
 
 /// Of a table that is not parsed, which Miri would take long for.

@@ -11,16 +11,21 @@ const INFALLIBLE: [&str; 4] =
 /// How many functions return a string instead of a status.
 const TELLING: usize = 2;
 /// Pointers that may be NULL, by function and parameter.
-const NULLABLE: [[&str; 2]; 6] = [
+const NULLABLE: [[&str; 2]; 8] = [
     ["drr_context_create", "options"],
     ["drr_volume_create", "labels"],
     ["drr_volume_create_float32", "labels"],
     ["drr_context_destroy", "context"],
     ["drr_volume_destroy", "volume"],
     ["drr_projector_destroy", "projector"],
+    ["drr_exposure_develop", "scene"],
+    ["drr_exposure_destroy", "exposure"],
 ];
-/// Fields that hold nothing wrong, whatever their bytes are.
-const ANYTHING_GOES: [&str; 4] = ["enableEarlyExit", "_padding", "progress", "progress_data"];
+/// Parameters and fields that hold nothing wrong, whatever their bytes are.
+const ANYTHING_GOES: [&str; 6] =
+    ["enableEarlyExit", "_padding", "progress", "progress_data", "noise_seed", "scatter_seed"];
+/// Functions that look at no tables of a view: the rows run on an engine without queues, and exposures refuse any.
+const WITHOUT_TABLES: [&str; 2] = ["drr_projector_encode", "drr_exposure_create"];
 
 /// A parameter or a field.
 struct Declared {
@@ -49,12 +54,17 @@ impl Declared {
             "size_t" => vec!["zero", "huge"],
             // The queue of an encoded projection, which engines of the CPU do not look at.
             "void *" if self.name == "queue" => Vec::new(),
+            _ if ANYTHING_GOES.contains(&self.name.as_str()) => Vec::new(),
             "double" => not_a_number.to_vec(),
             "DrrAlgorithm" => vec!["unknown"],
             "const char *" => vec!["NULL", "unknown", "not UTF-8"],
             "const uint8_t *" => vec!["NULL", "label"],
             "const float *" | "const double *" => [&["NULL", "misaligned"], &not_a_number[..]].concat(),
-            handle if ["Context", "Volume", "Projector"].iter().any(|&noun| is_handle(handle, noun)) => {
+            handle
+                if ["Context", "Volume", "Projector", "Exposure"]
+                    .iter()
+                    .any(|&noun| is_handle(handle, noun)) =>
+            {
                 vec!["NULL", "misaligned", "foreign", "destroyed"]
             }
             pointer if pointer.ends_with('*') => vec!["NULL", "misaligned"],
@@ -66,16 +76,19 @@ impl Declared {
     fn kinds_of_field(&self) -> &'static [&'static str] {
         match self.ctype.as_str() {
             "size_t" if self.name == "struct_size" => &["zero", "small", "big", "SIZE_MAX"],
-            "size_t" if self.name == "device_index" => &["huge"],
-            "size_t" => &["zero", "huge"],
+            "size_t" if ["device_index", "point_count"].contains(&self.name.as_str()) => &["huge"],
+            "size_t" | "uint64_t" => &["zero", "huge"],
             "void *" if self.name == "metal_device" => &["not NULL"],
             "const char *" => &["unknown", "not UTF-8"],
             "uint32_t" => &["huge"],
             "double" | "DrrFloat3" => &["NaN", "+Inf", "-Inf", "huge"],
             "DrrFloat4x4" => &["NaN", "+Inf", "-Inf", "singular", "nearly singular"],
             "const float *" | "DrrAddress" => &["misaligned", "negative", "NaN", "+Inf", "-Inf"],
-            "void *" | "float *" | "double *" | "const DrrDetectorPose *" => &["misaligned"],
-            "DrrBackend" | "DrrCalibration" | "DrrThresholds" | "DrrEffects" | "DrrAlgorithm" => &["unknown"],
+            "const double *" => &["misaligned", "NaN", "+Inf", "-Inf"],
+            "void *" | "float *" | "double *" => &["misaligned"],
+            "DrrBackend" | "DrrCalibration" | "DrrThresholds" | "DrrEffects" | "DrrAlgorithm"
+            | "DrrImplantShape" => &["unknown"],
+            array if array.starts_with("const Drr") && array.ends_with('*') => &["misaligned"],
             other => panic!("a field of a type that this test does not know: {other} {}", self.name),
         }
     }
@@ -118,6 +131,18 @@ impl Header {
         header
     }
 
+    /// The fields of what a parameter or field called `name` points to, and of what these point to, with their names. Poses
+    /// in a scene have rows of their own function.
+    fn fields<'a>(&'a self, pointer: &Declared, name: &str) -> Vec<(String, &'a Declared)> {
+        let fields = pointer.input().and_then(|pointee| self.structs.get(pointee));
+        let nested = |field: &'a Declared| {
+            let name = format!("{name}.{}", field.name);
+            let within = if name == "scene.expected_poses" { Vec::new() } else { self.fields(field, &name) };
+            std::iter::once((name, field)).chain(within)
+        };
+        fields.into_iter().flatten().flat_map(nested).collect()
+    }
+
     /// Every function, argument and kind that needs a row.
     fn demanded(&self) -> BTreeSet<[String; 3]> {
         let mut demanded = BTreeSet::new();
@@ -133,11 +158,8 @@ impl Header {
                 let kinds = parameter.kinds_of_parameter();
                 let kinds = kinds.into_iter().filter(|&kind| kind != "NULL" || !nullable);
                 kinds.for_each(|kind| demand(&parameter.name, kind));
-                let fields = parameter.input().and_then(|pointee| self.structs.get(pointee));
-                for field in fields.into_iter().flatten() {
-                    let argument = format!("{}.{}", parameter.name, field.name);
-                    // The rows run on an engine without queues, which does not look at a device's addresses.
-                    let unseen = function == "drr_projector_encode" && field.ctype == "DrrAddress";
+                for (argument, field) in self.fields(parameter, &parameter.name) {
+                    let unseen = WITHOUT_TABLES.contains(&function.as_str()) && field.ctype == "DrrAddress";
                     let fallible = !unseen && !ANYTHING_GOES.contains(&field.name.as_str());
                     let kinds = if fallible { field.kinds_of_field() } else { &[] };
                     for kind in kinds {

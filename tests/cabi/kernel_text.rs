@@ -24,7 +24,7 @@ const ALWAYS: [(&str, &[u32]); 6] = [
 ];
 
 /// What a kernel has or has not.
-const SOMETIMES: [(&str, &[u32]); 10] = [
+const SOMETIMES: [(&str, &[u32]); 13] = [
     ("DRR_ONE_LABEL", &[1]),
     ("DRR_INTENSITY", &[1]),
     ("DRR_LINE_INTEGRAL", &[1]),
@@ -35,6 +35,9 @@ const SOMETIMES: [(&str, &[u32]); 10] = [
     ("DRR_AXIS", &[0, 1, 2]),
     ("DRR_IMAGE_TEXTURE", &[1, 2]),
     ("DRR_SPECIFICATION_LOOP", &[1]),
+    ("DRR_SIGNALS", &[2, 1, 8]),
+    ("DRR_BEFORE", &[1, 8]),
+    ("DRR_OPEN", &[1]),
 ];
 
 /// The same kernel with one definition more, or another value of it.

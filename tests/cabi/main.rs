@@ -22,7 +22,7 @@ use thread_sanitizer::ThreadSanitizer;
 use toolchain::{Compiler, Library, launch, run};
 
 /// Programs of `cabi-tests/`.
-const PROGRAMS: [&str; 15] = [
+const PROGRAMS: [&str; 16] = [
     "layout",
     "minimal",
     "errors",
@@ -35,6 +35,7 @@ const PROGRAMS: [&str; 15] = [
     "against_reference",
     "early_exit",
     "tolerance",
+    "effects",
     "gpu",
     "cuda_stream",
     "pipeline",

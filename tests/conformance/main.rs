@@ -6,6 +6,7 @@
 #![allow(missing_docs, reason = "a test program")]
 
 mod bytes;
+mod effects;
 mod energies;
 mod methods;
 #[cfg(feature = "formats")]
@@ -37,6 +38,7 @@ fn trials(backend: Backend) -> Vec<Trial> {
         &voxels::TESTS,
         &views::TESTS,
         &energies::TESTS,
+        &effects::TESTS,
         &bytes::TESTS,
         &methods::TESTS,
         &scans::TESTS,

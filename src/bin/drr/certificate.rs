@@ -1,10 +1,17 @@
 //! What error to expect, in words.
 
+use drr::Energies;
 use drr::accuracy::{Certificate, Estimate};
-use drr::{Energies, Method};
+use drr::plan::{Plan, Stage};
 
-/// The lines that say how wrong images of some views are.
-pub(crate) fn lines(certificate: &Certificate, method: Method) -> String {
+/// The lines that say how wrong images of some views are; those of a scene with effects before these are applied.
+pub(crate) fn lines(certificate: &Certificate, plan: &Plan) -> String {
+    let method = plan.method;
+    let before = if plan.stages.iter().any(Stage::is_effect) {
+        "\n        before effects, whose errors the plan states with each of them;"
+    } else {
+        ""
+    };
     let own = if method.energies == Energies::All { "rounding" } else { "rounding and few energies" };
     let Certificate { rays, floor, confidence, total, rounding } = certificate;
     let row = |what: String, estimate: Option<Estimate>, unit: &str| {
@@ -15,7 +22,7 @@ pub(crate) fn lines(certificate: &Certificate, method: Method) -> String {
         format!("        {what:<49} {numbers}")
     };
     [
-        format!("error   of the line integral p, measured on {rays} rays of this scene in float64;"),
+        format!("error   of the line integral p, measured on {rays} rays of this scene in float64;{before}"),
         format!("        HU-equivalent = 1000 (p - p_ref)/p_ref over rays with p_ref > {floor:.3}; estimates of all rays"),
         format!("        aim at {:.0} % confidence:", 100.0 * confidence),
         row(format!("{own}, against {} in float64", method.algorithm), *rounding, "HU"),

@@ -19,6 +19,10 @@ Examples:
   drr plan --ct chest.nii.gz                              what would run, and why
   drr tradeoff --ct chest.nii.gz                          what accuracy costs in time: a table, a chart, error maps
   drr project --ct chest.nii.gz --tolerance-hu 2          the cheapest method that keeps an error
+  drr project --fall-off --scatter --blur 0.2 --photons 5000 --detector top_energy,bottom_energy
+                                                          effects, each asked for; both layers of a panel
+  drr plan --focal-spot 0.6 --scatter --measure           what they cost on this machine, stage by stage
+  drr effects                                             what every effect costs: a table, a chart, a contact sheet
   drr rounding                                            how rounding grows along a ray, and what it costs to stop it
   drr bench --json                                        how long each stage takes
   drr phantom thorax --noise --size 720,720,665 --output thorax.nii
@@ -47,6 +51,8 @@ pub(crate) enum Command {
     Plan(crate::plan::Arguments),
     /// Measure what accuracy costs in time: every method, timed and held to exact integrals.
     Tradeoff(crate::tradeoff::Arguments),
+    /// Measure what each effect costs in time beside the plain projection.
+    Effects(crate::effects::Arguments),
     /// Measure how the rounding of sums grows with the length of a ray.
     Rounding(crate::rounding::Arguments),
     /// Time every stage of a projection, with a pass over the memory for comparison.

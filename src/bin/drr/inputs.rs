@@ -1,15 +1,17 @@
-//! What `project`, `plan`, `tradeoff` and `bench` take, and the projector that comes of it.
+//! What `project`, `plan`, `tradeoff`, `effects` and `bench` take, and the projector that comes of it.
 
 use std::sync::Arc;
 
 use anyhow::Result;
 use clap::Args;
+use drr::effects::Effects;
 use drr::geometry::View;
 use drr::volume::Volume;
 use drr::{Context, Projector, Scene, ViewRequest};
 
 use crate::console::Console;
 use crate::ct::{CtArguments, Loaded};
+use crate::effect_arguments::{EffectArguments, argument_of};
 use crate::method::MethodArguments;
 use crate::physics::{Physics, PhysicsArguments};
 use crate::views::{ViewArguments, Views};
@@ -24,6 +26,8 @@ pub(crate) struct Inputs {
     physics: PhysicsArguments,
     #[command(flatten)]
     method: MethodArguments,
+    #[command(flatten)]
+    effects: EffectArguments,
 }
 
 /// Arguments that have been checked as far as they can be without the volume.
@@ -32,6 +36,7 @@ pub(crate) struct Setup<'a> {
     pub(crate) physics: Physics,
     pub(crate) context: Context,
     pub(crate) method: drr::Method,
+    pub(crate) effects: Effects,
 }
 
 impl Inputs {
@@ -40,9 +45,15 @@ impl Inputs {
         self.method.supersample
     }
 
+    /// Whether an effect, or a second detector layer, is asked for.
+    pub(crate) fn has_effects(&self) -> bool {
+        self.effects.any() || self.physics.layers() > 1
+    }
+
     pub(crate) fn setup(&self) -> Result<Setup<'_>> {
-        let (physics, method) = (self.physics.physics()?, self.method.method()?);
-        Ok(Setup { inputs: self, physics, context: self.method.context()?, method })
+        let (mut physics, method) = (self.physics.physics()?, self.method.method()?);
+        let effects = self.effects.effects(&mut physics)?;
+        Ok(Setup { inputs: self, physics, context: self.method.context()?, method, effects })
     }
 }
 
@@ -68,12 +79,19 @@ impl Setup<'_> {
             expected_views: views.poses.iter().map(|&pose| View::Pose(pose)).collect(),
             supersampling: self.inputs.method.supersample,
             bone: self.physics.bone,
+            detector_layers: self.physics.detector_layers.clone(),
+            effects: self.effects.clone(),
         }
     }
 
     /// A projector for some views.
     pub(crate) fn projector(&self, volume: Arc<Volume>, views: &Views) -> Result<Projector> {
         self.projector_of(volume, self.scene(views))
+    }
+
+    /// Another context of the same kind, which knows nothing that this one has made.
+    pub(crate) fn fresh_context(&self) -> Result<Context> {
+        self.inputs.method.context()
     }
 
     /// What is projected, in words.
@@ -87,6 +105,9 @@ impl Setup<'_> {
             let argument = match &error {
                 drr::Error::InvalidArgument { argument, .. } if argument.starts_with("scene.tolerance") => {
                     "--tolerance-hu or --preset"
+                }
+                drr::Error::InvalidArgument { argument, .. } => {
+                    argument_of(argument).unwrap_or("--materials")
                 }
                 drr::Error::Unsupported(_) => "--engine, --algorithm, --sums, --storage",
                 _ => "--materials",

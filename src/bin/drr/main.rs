@@ -9,6 +9,8 @@ mod cli;
 mod console;
 mod ct;
 mod default_ct;
+mod effect_arguments;
+mod effects;
 mod inputs;
 mod memory;
 mod method;
@@ -55,6 +57,7 @@ fn main() -> ExitCode {
         Some(Command::Project(arguments)) => project::run(&arguments, console),
         Some(Command::Plan(arguments)) => plan::run(&arguments, console),
         Some(Command::Tradeoff(arguments)) => tradeoff::run(&arguments, console),
+        Some(Command::Effects(arguments)) => effects::run(&arguments, console),
         Some(Command::Rounding(arguments)) => rounding::run(&arguments, console),
         Some(Command::Bench(arguments)) => bench::run(&arguments, console),
         Some(Command::Phantom(arguments)) => phantom::run(&arguments, console),

@@ -9,13 +9,14 @@ use drr::engine::{Images, Layers};
 use drr::formats::{
     ExrImage, radiograph, write_exr, write_png_gray8, write_raw_f32, write_raw_f64, write_text,
 };
+use drr::physics::Spectrum;
 use glam::DVec3;
 
 use crate::inputs::Setup;
 use crate::physics::file_name;
 use crate::views::Views;
 
-/// Most views in the picture.
+/// Most images in the picture.
 const PICTURED: usize = 6;
 
 /// A layer that can be asked for.
@@ -114,11 +115,16 @@ impl Output<'_> {
         images: &'a Images<T>,
         view: usize,
     ) -> impl Iterator<Item = (Name, &'a [T])> {
-        let whole = move |name, layer: &'a [T]| vec![(Name::of(name), images.view(layer, view))];
+        let signal = move |name: &'static str, layer: &'a [T]| {
+            let detector_layers = 0..images.detector_layers;
+            let named = detector_layers
+                .map(|l| (self.of_detector_layer(name, l), images.of_detector_layer(layer, view, l)));
+            named.collect::<Vec<_>>()
+        };
         self.layers.iter().flat_map(move |layer| match layer {
-            LayerName::Intensity => whole("intensity", &images.intensity),
-            LayerName::LineIntegral => whole("line_integral", &images.line_integral),
-            LayerName::BonePath => whole("bone_path", &images.bone_path),
+            LayerName::Intensity => signal("intensity", &images.intensity),
+            LayerName::LineIntegral => signal("line_integral", &images.line_integral),
+            LayerName::BonePath => vec![(Name::of("bone_path"), images.view(&images.bone_path, view))],
             LayerName::ArealDensity => {
                 let names = self.projector.scene().materials.names().iter().enumerate();
                 names.map(|(m, name)| (Name::of_material(name), images.areal_density(view, m))).collect()
@@ -126,13 +132,25 @@ impl Output<'_> {
         })
     }
 
-    /// Views side by side as a radiologist expects them: bone bright, head up.
+    /// The name of one of a detector's layers: plain where there is one.
+    fn of_detector_layer(&self, name: &str, layer: usize) -> Name {
+        let scene = self.projector.scene();
+        if scene.layers() == 1 {
+            return Name::of(name);
+        }
+        let own = file_name(scene.detector_layers[layer].name());
+        let alike = scene.detector_layers.iter().filter(|other| file_name(other.name()) == own).count() > 1;
+        let own = if alike { format!("{own}_{}", layer + 1) } else { own };
+        Name { exr: format!("{name}.{own}"), raw: format!("{name}_{own}") }
+    }
+
+    /// Views, and beside each other the detector's layers of each, as a radiologist expects them: bone bright, head up.
     fn write_picture(&self, folder: &Path, images: &Images<f32>) -> Result<()> {
-        let [width, height] = images.size;
-        let shown = images.views.min(PICTURED);
-        let upright: Vec<Vec<f32>> = (0..shown)
-            .map(|view| self.views.upright(view, images.view(&images.line_integral, view), width))
-            .collect();
+        let ([width, height], layers) = (images.size, images.detector_layers);
+        let shown = (images.views * layers).min(PICTURED);
+        let image = |n: usize| images.of_detector_layer(&images.line_integral, n / layers, n % layers);
+        let upright: Vec<Vec<f32>> =
+            (0..shown).map(|n| self.views.upright(n / layers, image(n), width)).collect();
         let picture = radiograph(&upright.iter().map(Vec::as_slice).collect::<Vec<_>>(), width, height)?;
         let path = folder.join("radiograph.png");
         Ok(write_png_gray8(&path, picture.width, picture.height, &picture.to_gray8())?)
@@ -157,18 +175,33 @@ impl Output<'_> {
                 "column i, row j: first_pixel + i column_step + j row_step; row 0 is stored first".into(),
             ),
             ("units", layers.into()),
-            ("spectrum", scene.spectrum.name().into()),
+            ("spectrum", self.detected(|spectrum| spectrum.name().into())),
             ("spectrum_energies", scene.spectrum.grid().to_string()),
-            ("i0", scene.spectral_model().map_or(0.0, |model| model.i0()).to_string()),
+            ("i0", self.detected(|spectrum| spectrum.total().to_string())),
             ("materials", scene.materials.names().join(", ")),
             ("calibration", physics.classification.calibration.name().into()),
             ("thresholds", physics.classification.thresholds.name().into()),
             ("algorithm", self.projector.plan().method.to_string()),
             ("supersampling", scene.supersampling.to_string()),
+            ("effects", self.effects()),
             ("engine", self.setup.context.backend().name().into()),
         ]
         .map(|(name, value): (&str, String)| (format!("drr.{name}"), value))
         .into()
+    }
+
+    /// Something of the spectrum that each of the detector's layers sees.
+    fn detected(&self, text: impl Fn(&Spectrum) -> String) -> String {
+        let scene = self.projector.scene();
+        let layers = (0..scene.layers()).filter_map(|layer| scene.detected(layer).ok());
+        layers.map(|spectrum| text(&spectrum)).collect::<Vec<_>>().join(", ")
+    }
+
+    /// What was simulated beside attenuation.
+    fn effects(&self) -> String {
+        let stages = self.projector.plan().stages.iter().filter(|stage| stage.is_effect());
+        let effects: Vec<_> = stages.map(|stage| format!("{}: {}", stage.name, stage.what)).collect();
+        if effects.is_empty() { "none".into() } else { effects.join("; ") }
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use clap::builder::PossibleValuesParser;
+use drr::MAX_DETECTOR_LAYERS;
 use drr::formats::{Column, Table, read_detector, read_materials, read_spectrum};
 use drr::physics::{Calibration, DetectorResponse, EnergyGrid, MassAttenuation, Spectrum, Thresholds};
 use drr::volume::Classification;
@@ -24,8 +25,10 @@ pub(crate) struct PhysicsArguments {
     ///
     /// Ideal is the default: which detector would be used is not known, and the factors of the built-in panel are those
     /// of one kind of panel.
-    #[arg(long, value_name = "NAME|FILE.csv", default_value = "ideal")]
-    detector: String,
+    ///
+    /// Two, with a comma between them, are a dual-layer detector: both images of one march.
+    #[arg(long, value_name = "NAME|FILE.csv", default_value = "ideal", value_delimiter = ',')]
+    detector: Vec<String>,
     /// Mass attenuation coefficients in cm²/g, a CSV file "energy_keV,name0,name1,...": column n is for label n
     ///
     /// [default: built-in coefficients of the materials that --thresholds names]. The energies must be those of the
@@ -47,7 +50,7 @@ impl Default for PhysicsArguments {
         Self {
             spectrum: Spectrum::DEFAULT.into(),
             mono: None,
-            detector: "ideal".into(),
+            detector: vec!["ideal".into()],
             materials: None,
             calibration: Calibration::DEFAULT.into(),
             thresholds: Thresholds::DEFAULT.into(),
@@ -58,8 +61,10 @@ impl Default for PhysicsArguments {
 /// Everything that is not geometry.
 #[derive(Debug, Clone)]
 pub(crate) struct Physics {
-    /// With the detector folded in.
+    /// As it leaves the tube.
     pub(crate) spectrum: Spectrum,
+    /// None: an ideal one.
+    pub(crate) detector_layers: Vec<DetectorResponse>,
     pub(crate) materials: MassAttenuation,
     pub(crate) classification: Classification,
     /// The first material whose name has "bone" in it; otherwise label 3, which is bone in the specification's order.
@@ -67,22 +72,29 @@ pub(crate) struct Physics {
 }
 
 impl PhysicsArguments {
+    /// Number of detector layers.
+    pub(crate) fn layers(&self) -> usize {
+        self.detector.len()
+    }
+
     pub(crate) fn physics(&self) -> Result<Physics> {
         let classification = Classification {
             calibration: Calibration::named(&self.calibration).context("--calibration")?,
             thresholds: Thresholds::named(&self.thresholds).context("--thresholds")?,
         };
         let own = self.materials.as_deref().map(own_materials).transpose()?;
-        let source = self.source(own.as_ref())?;
-        let detector = self.response(*source.grid())?;
-        let spectrum = source.folded(&detector).context("--detector")?;
+        let spectrum = self.source(own.as_ref())?;
+        let detector_layers = self.detector_layers(*spectrum.grid())?;
+        for response in &detector_layers {
+            spectrum.folded(response).context("--detector")?;
+        }
         let materials = match own {
             Some(materials) => materials,
             None => built_in(&classification.thresholds, *spectrum.grid())?,
         };
         let named = materials.names().iter().position(|name| name.to_lowercase().contains("bone"));
         let bone = named.or((materials.names().len() > 3).then_some(3)).map(|label| label as u8);
-        Ok(Physics { spectrum, materials, classification, bone })
+        Ok(Physics { spectrum, detector_layers, materials, classification, bone })
     }
 
     /// The photons that leave the tube.
@@ -106,14 +118,25 @@ impl PhysicsArguments {
         spectrum.context("--spectrum")
     }
 
-    fn response(&self, grid: EnergyGrid) -> Result<DetectorResponse> {
-        if !is_file(&self.detector) {
-            return DetectorResponse::named(&self.detector, grid).context("--detector");
+    fn detector_layers(&self, grid: EnergyGrid) -> Result<Vec<DetectorResponse>> {
+        match self.detector.as_slice() {
+            [only] if only == "ideal" => Ok(Vec::new()),
+            layers if layers.len() > MAX_DETECTOR_LAYERS => {
+                bail!("--detector has {} names; valid: 1 or {MAX_DETECTOR_LAYERS}", layers.len())
+            }
+            layers => layers.iter().map(|name| response(name, grid)).collect(),
         }
-        let table = read_detector(Path::new(&self.detector)).context("--detector")?;
-        let (grid, column) = only_column(table)?;
-        DetectorResponse::new(file_stem(&self.detector), grid, column.values).context("--detector")
     }
+}
+
+/// A detector layer by its built-in name or its file.
+fn response(name: &str, grid: EnergyGrid) -> Result<DetectorResponse> {
+    if !is_file(name) {
+        return DetectorResponse::named(name, grid).context("--detector");
+    }
+    let table = read_detector(Path::new(name)).context("--detector")?;
+    let (grid, column) = only_column(table)?;
+    DetectorResponse::new(file_stem(name), grid, column.values).context("--detector")
 }
 
 /// All photons at one of the energies of `grid`.

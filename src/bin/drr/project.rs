@@ -25,9 +25,10 @@ const DEFAULT_FOLDER: &str = "drr-output";
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Files in DIR, N counting views from 0: viewN.exr (float32 layers; geometry, physics and method as attributes),
-radiograph.png (the first 6 views side by side, bone bright, head up), plan.json; with --raw also viewN_LAYER.f32 and
+radiograph.png (the first 6 images side by side, bone bright, head up), plan.json; with --raw also viewN_LAYER.f32 and
 viewN_areal_density_MATERIAL.f32 (little-endian, row by row, pixel (i,j) at j*width + i), or .f64, not rounded, with
---engine reference. A file appears under its name only when it is complete.")]
+--engine reference. Of a detector with two layers intensity and line integral are intensity.LAYER, line_integral.LAYER
+(raw: viewN_intensity_LAYER.f32), and both are in the picture. A file appears under its name only when it is complete.")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     inputs: Inputs,
@@ -64,11 +65,13 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     // The picture is made of line integrals, also when no file has them.
     let wanted = Layers { line_integral: true, ..layers(&arguments.layers) };
     let start = Instant::now();
-    let rendered = render(&projector, setup.context.backend(), &requests, wanted, console)?;
+    let (rendered, stages) = render(&projector, setup.context.backend(), &requests, wanted, console)?;
     let projecting = start.elapsed().as_secs_f64();
     let poses: Vec<View> = requests.iter().map(|request| request.view).collect();
     let effort = Effort::new(&poses, projector.volume().grid(), projector.scene())?;
-    let samples = effort.samples(projector.plan().method.algorithm);
+    // Each point of a focal spot has rays of its own.
+    let rays = projector.rays(&requests) as f64;
+    let samples = effort.samples(projector.plan().method.algorithm) * rays / effort.rays;
     console.say(format_args!(
         "time    loaded in {}, {} view(s) projected in {} by {} on {} with {} thread(s): {}rays/s, {}samples/s",
         seconds(loading),
@@ -77,9 +80,13 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         projector.plan().method,
         setup.context.backend().name(),
         setup.context.threads(),
-        prefixed(effort.rays / projecting),
+        prefixed(rays / projecting),
         prefixed(samples / projecting),
     ));
+    if !stages.is_empty() {
+        let stages: Vec<_> = stages.iter().map(|(name, s)| format!("{name} {}", seconds(*s))).collect();
+        console.say(format_args!("        of which {}", stages.join(", ")));
+    }
     if samples == 0.0 {
         Console::warn("no ray meets the volume: are --origin, --sad, --sdd or --geometry as they should be?");
     }
@@ -96,7 +103,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     output.write(&arguments.output, arguments.raw)?;
     if !arguments.no_check && !console.is_quiet() {
         let certificate = projector.certify(&poses)?;
-        console.say(certificate::lines(&certificate, projector.plan().method));
+        console.say(certificate::lines(&certificate, projector.plan()));
         let allowed = projector.scene().tolerance.map_or(f64::INFINITY, |tolerance| tolerance.hu);
         if let Some(hu) = certificate.total.hu.filter(|hu| hu.rms > allowed) {
             Console::warn(format_args!(
@@ -116,24 +123,25 @@ pub(crate) fn main_job(console: Console) -> Result<ExitCode> {
     run(&Arguments { inputs: Inputs::default(), output, layers, raw: false, no_check: false }, console)
 }
 
+/// The images, and what the stages of a scene with effects took.
 fn render(
     projector: &Projector,
     backend: Backend,
     views: &[ViewRequest],
     layers: Layers,
     console: Console,
-) -> Result<Rendered> {
-    let bar = console.bar("projecting", views.len() * projector.plan().rays_per_view());
+) -> Result<(Rendered, Vec<(&'static str, f64)>)> {
+    let bar = console.bar("projecting", projector.rays(views));
     let progress = |rays: usize| {
         bar.inc(rays as u64);
         ControlFlow::Continue(())
     };
-    let rendered = match backend {
-        Backend::Reference => {
-            let algorithm = projector.plan().method.algorithm;
-            Rendered::Double(projector.reference(algorithm, views, layers, &progress)?)
-        }
-        _ => Rendered::Single(projector.project(views, layers, &progress)?),
+    let rendered = if backend == Backend::Reference {
+        let algorithm = projector.plan().method.algorithm;
+        (Rendered::Double(projector.reference(algorithm, views, layers, &progress)?), Vec::new())
+    } else {
+        let (images, times) = projector.project_timed(views, layers, &progress)?;
+        (Rendered::Single(images), times.seconds())
     };
     bar.finish_and_clear();
     Ok(rendered)

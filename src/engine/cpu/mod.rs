@@ -1,12 +1,12 @@
 //! The float32 engine: all cores, tiles of rays that walk through the volume together.
 
-mod bins;
+pub(crate) mod bins;
 mod field;
 mod indicator;
 mod kernel;
 mod lanes;
 mod path;
-mod signal;
+pub(crate) mod signal;
 mod sum;
 mod tile;
 mod window;
@@ -137,11 +137,13 @@ impl Cpu {
         let areal_densities = self.areal_densities(&rays, may_stop.then_some(signal));
         let bone_paths = if layers.bone_path { self.bone_paths(&rays) } else { Vec::new() };
         let mut depth = Vec::new();
+        let lit = layers.intensity || layers.line_integral;
         let values: Vec<_> = areal_densities
             .into_iter()
             .enumerate()
             .map(|(k, areal_density)| {
-                let (intensity, line_integral) = signal.of(&areal_density, &mut depth);
+                let (intensity, line_integral) =
+                    if lit { signal.of(&areal_density, &mut depth) } else { (0.0, 0.0) };
                 let bone_path = bone_paths.get(k).copied().unwrap_or(0.0);
                 PixelValue { intensity, line_integral, areal_density, bone_path }
             })

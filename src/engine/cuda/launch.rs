@@ -8,7 +8,7 @@ use cudarc::driver::{result, sys};
 use crate::engine::Layers;
 use crate::engine::cuda::Cuda;
 use crate::engine::cuda::driver::{Current, Event, Stream, checked};
-use crate::engine::cuda::outputs::Places;
+use crate::engine::cuda::outputs::{Places, SignalPlaces};
 use crate::engine::cuda::program::Program;
 use crate::engine::gpu::Views;
 use crate::engine::gpu::wire::Beam;
@@ -75,13 +75,14 @@ impl Cuda {
     /// Puts a launch into a stream, with all that it needs.
     ///
     /// # Safety
-    /// `places` has room for the wanted layers of the views, until the stream has run it; the stream is alive.
+    /// `places` has room for the wanted layers of the views, until the stream has run it, and so have those of the signals,
+    /// which are there if the views have channels; the stream is alive.
     pub(super) unsafe fn enqueue(
         &self,
         views: &Views,
         layers: Layers,
         program: &Program,
-        places: Places,
+        (places, signals): (Places, Option<SignalPlaces>),
         queue: &Queue<'_>,
     ) -> Result<()> {
         let pixels = self.prepared.size[0] * self.prepared.size[1] * views.beams.len();
@@ -105,13 +106,17 @@ impl Cuda {
         let mut spectra =
             KernelSpectra { weight: lent.address, attenuation: lent.address + attenuation as u64 };
         let mut places = places;
-        let mut parameters: [*mut c_void; 5] = [
+        let mut parameters: Vec<*mut c_void> = vec![
             (&raw mut launch).cast(),
             (&raw mut beams).cast(),
             (&raw mut voxels).cast(),
             (&raw mut spectra).cast(),
             (&raw mut places).cast(),
         ];
+        let mut of_signals = views.channels.zip(signals);
+        if let Some((channels, signals)) = &mut of_signals {
+            parameters.extend([(&raw mut *channels).cast(), (&raw mut *signals).cast()]);
+        }
         let [columns, rows] = self.block;
         let [width, height] = self.prepared.size.map(|n| n as u32);
         let grid = (width.div_ceil(columns) * views.beams.len() as u32, height.div_ceil(rows), 1);

@@ -12,17 +12,21 @@ mod volume;
 use std::ffi::c_void;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use cudarc::driver::result;
+
 pub(crate) use device::Device;
 
 use crate::engine::gpu::{Prepared, Views};
-use crate::engine::{Backend, DeviceOutputs, Engine, Images, Job, Layers, Timings, ViewJob};
+use crate::engine::{
+    Backend, DeviceOutputs, Engine, Images, Job, Layers, Passed, SignalsJob, Timings, ViewJob,
+};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::volume::Volume;
 use driver::{Current, Event, Stream};
 use launch::Queue;
-use outputs::Places;
+use outputs::{Places, SignalPlanes};
 use volume::DeviceVolume;
 
 /// Most views of one launch. Between launches progress is reported.
@@ -70,28 +74,36 @@ impl Cuda {
         self.block[0] * self.block[1]
     }
 
-    /// Projects the views of one launch into the images of views `first …`; seconds of the kernel.
+    /// Projects the views of one launch into the images of views `first …`, and their signals, behind what is at an address
+    /// of the GPU's, into planes of their own; seconds of the kernel.
     fn launch(
         &self,
         views: &Views,
         layers: Layers,
-        first: usize,
-        images: &mut Images<f32>,
+        (first, images): (usize, &mut Images<f32>),
+        mut signals: Option<(SignalPlanes<'_>, u64)>,
         (stream, current): (&Stream<'_>, &Current),
     ) -> Result<f64> {
         let program = self.device.program(&views.definitions, self.threads(), current)?;
         let pixels = self.pixels() * views.beams.len();
         let materials = self.prepared.materials;
         let (_, bytes) = Places::packed(0, pixels, materials, layers);
-        let lent = self.device.lend("the images", bytes, stream.raw, current)?;
+        let of_signals = signals.as_ref().map_or(0, |(planes, _)| planes.bytes());
+        let lent = self.device.lend("the images", bytes + of_signals, stream.raw, current)?;
         let (places, _) = Places::packed(lent.address, pixels, materials, layers);
+        let signal_places =
+            signals.as_ref().map(|(planes, before)| planes.places(lent.address + bytes as u64, *before));
         let [start, end] = [Event::new(current)?, Event::new(current)?];
         let queue = Queue { stream: stream.raw, current, clock: Some((stream, [&start, &end])) };
         // SAFETY: the places are in memory that is lent until after the stream is waited for, which is also when the
         // images are complete; a failure in between waits as well.
         let enqueued = unsafe {
-            self.enqueue(views, layers, &program, places, &queue)
+            self.enqueue(views, layers, &program, (places, signal_places), &queue)
                 .and_then(|()| places.copy_back(images, first, pixels, stream))
+                .and_then(|()| match signals.as_mut().zip(signal_places) {
+                    Some(((planes, _), places)) => planes.copy_back(&places, stream),
+                    None => Ok(()),
+                })
         };
         enqueued.and(stream.finish("the kernel"))?;
         let mut timings = self.timings.lock().unwrap_or_else(PoisonError::into_inner);
@@ -110,11 +122,42 @@ impl Engine for Cuda {
         let mut kernel_seconds = 0.0;
         for (n, some) in job.views.chunks(self.views_at_once).enumerate() {
             let (views, first) = (self.prepared.views(some, job.layers), n * self.views_at_once);
-            kernel_seconds += self.launch(&views, job.layers, first, &mut images, (&stream, &current))?;
+            let images = (first, &mut images);
+            kernel_seconds += self.launch(&views, job.layers, images, None, (&stream, &current))?;
             job.progress.finished(some.len() * self.pixels() * self.prepared.rays_per_pixel)?;
         }
         self.timings.lock().unwrap_or_else(PoisonError::into_inner).kernel_seconds = kernel_seconds;
         Ok(images)
+    }
+
+    fn signals(&self, job: &SignalsJob<'_>) -> Result<Option<(Images<f32>, Passed)>> {
+        let Some(most) = self.prepared.views_of_signals(job) else { return Ok(None) };
+        let at_once = most.min(VIEWS_AT_ONCE);
+        let size = self.prepared.size;
+        let mut images = Images::zeroed(size, job.views.len(), self.prepared.materials, job.layers)?;
+        let Passed { mut passing, mut open } = Passed::zeroed(job, size)?;
+        let current = self.device.current()?;
+        let stream = Stream::new(&current)?;
+        let what = "what lies before the volume";
+        let before = self.device.lend(what, size_of_val(job.before), stream.raw, &current)?;
+        let copied = match job.before {
+            [] => Ok(()),
+            // SAFETY: lent for as many bytes; the job's stay, and the stream is waited for.
+            values => unsafe { result::memcpy_htod_async(before.address, values, stream.raw) },
+        };
+        driver::checked(what, copied).and(stream.finish(what))?;
+        let planes = job.rows.len() * self.pixels();
+        let mut kernel_seconds = 0.0;
+        for (n, some) in job.views.chunks(at_once).enumerate() {
+            let (views, first) = (self.prepared.signals(some, job), n * at_once);
+            let passing = &mut passing[first * planes..][..some.len() * planes];
+            let signals = Some((SignalPlanes { passing, open: &mut open }, before.address));
+            let images = (first, &mut images);
+            kernel_seconds += self.launch(&views, job.layers, images, signals, (&stream, &current))?;
+            job.progress.finished(some.len() * self.pixels())?;
+        }
+        self.timings.lock().unwrap_or_else(PoisonError::into_inner).kernel_seconds = kernel_seconds;
+        Ok(Some((images, Passed { passing, open })))
     }
 
     unsafe fn encode(&self, job: &Job<'_>, queue: *mut c_void, outputs: &DeviceOutputs) -> Result<()> {
@@ -142,7 +185,7 @@ impl Engine for Cuda {
         let launches: Vec<_> = job.views.chunks(self.views_at_once).map(prepared).collect::<Result<_>>()?;
         for (views, program) in &launches {
             // SAFETY: stream and places are the caller's, as promised.
-            unsafe { self.enqueue(views, job.layers, program, places, &queue)? };
+            unsafe { self.enqueue(views, job.layers, program, (places, None), &queue)? };
             places = places.after(self.pixels() * views.beams.len(), self.prepared.materials);
         }
         Ok(())
@@ -160,7 +203,7 @@ impl Engine for Cuda {
         let mut images = Images::zeroed(size, views.beams.len(), materials, layers)?;
         let current = self.device.current()?;
         let stream = Stream::new(&current)?;
-        self.launch(&views, layers, 0, &mut images, (&stream, &current)).map(Some)
+        self.launch(&views, layers, (0, &mut images), None, (&stream, &current)).map(Some)
     }
 
     fn copy_bandwidth(&self) -> Result<Option<f64>> {

@@ -16,6 +16,48 @@ pub(super) struct Places {
     pub(super) bone_path: sys::CUdeviceptr,
 }
 
+/// `DrrSignals` of `shaders/signals.h`.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub(super) struct SignalPlaces {
+    pub(super) before: sys::CUdeviceptr,
+    pub(super) passing: sys::CUdeviceptr,
+    pub(super) open: sys::CUdeviceptr,
+}
+
+/// Where a launch's signals go on the host.
+pub(super) struct SignalPlanes<'a> {
+    pub(super) passing: &'a mut [f32],
+    pub(super) open: &'a mut [f32],
+}
+
+impl SignalPlanes<'_> {
+    /// Bytes that they take on the GPU.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(self.passing) + size_of_val(self.open)
+    }
+
+    /// Their places in one buffer from `address` on, behind what is at `before`.
+    pub(super) fn places(&self, address: u64, before: u64) -> SignalPlaces {
+        SignalPlaces { before, passing: address, open: address + size_of_val(self.passing) as u64 }
+    }
+
+    /// Copies them to the host. The stream must be waited for.
+    ///
+    /// # Safety
+    /// The places are of these planes; they stay until the stream has run it.
+    pub(super) unsafe fn copy_back(&mut self, places: &SignalPlaces, stream: &Stream<'_>) -> Result<()> {
+        for (part, place) in [(&mut *self.passing, places.passing), (&mut *self.open, places.open)] {
+            if !part.is_empty() {
+                // SAFETY: by the caller's promise.
+                let copied = unsafe { result::memcpy_dtoh_async(part, place, stream.raw) };
+                checked("the signals from the GPU", copied)?;
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Places {
     /// The places of later views, `pixels` further on, of `materials` materials.
     pub(super) fn after(self, pixels: usize, materials: usize) -> Self {

@@ -60,6 +60,16 @@ impl Definitions {
         Self(all)
     }
 
+    /// And with sums by so many rows of weights instead of one, behind so many materials before the volume; `open`: and those
+    /// of the open field.
+    pub(super) fn with_signals(&self, rows: usize, before: usize, open: bool) -> Self {
+        let mut all = self.0.clone();
+        all.push(("DRR_SIGNALS", rows as u32));
+        all.extend((before > 0).then_some(("DRR_BEFORE", before as u32)));
+        all.extend(open.then_some(("DRR_OPEN", 1)));
+        Self(all)
+    }
+
     /// And with the specification's own loop.
     #[cfg(any(test, feature = "cuda", target_vendor = "apple"))]
     pub(crate) fn with_specification_loop(&self) -> Self {
@@ -109,8 +119,55 @@ impl Definitions {
             all.push(Specialisation { layers, early_exit: true, few: true, axis: Some(1), ..plain });
         }
         let mut all: Vec<_> = all.into_iter().map(Specialisation::definitions).collect();
+        all.extend(Self::covering_signals());
         all.push(all[0].with_specification_loop());
         all
+    }
+}
+
+#[cfg(test)]
+impl Definitions {
+    /// Signals alone and beside layers, of every number of rows and some numbers of materials.
+    fn covering_signals() -> Vec<Self> {
+        let silent = Layers::default();
+        let both = Layers { areal_density: true, bone_path: true, ..silent };
+        let mut all = Vec::new();
+        for algorithm in 0..3 {
+            let plain = Specialisation { algorithm, layers: silent, bone: None, ..Specialisation::default() };
+            let beside = Specialisation { layers: both, bone: Some(3), axis: Some(1), ..plain };
+            let full = Specialisation { labels: 0xff, materials: 8, axis: Some(0), ..plain };
+            let one_label = Specialisation { voxels: 1, one_label: true, labels: 0b100, ..plain };
+            all.extend([
+                plain.definitions().with_signals(1, 0, false),
+                plain.definitions().with_signals(2, 1, true),
+                plain.definitions().with_signals(3, 2, false),
+                one_label.definitions().with_signals(5, 3, true),
+                beside.definitions().with_signals(4, 0, false),
+                Specialisation { labels: 0, ..beside }.definitions().with_signals(6, 2, true),
+                Specialisation { density: 1, ..full }.definitions().with_signals(7, 1, false),
+                Specialisation { density: 2, ..full }.definitions().with_signals(8, 8, true),
+            ]);
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The names that only sums by several rows define.
+    const OF_SIGNALS: [&str; 3] = ["DRR_SIGNALS", "DRR_BEFORE", "DRR_OPEN"];
+
+    /// With them off, the preprocessor leaves nothing of them in the text: their names begin every line that has to do with them.
+    #[test]
+    fn plain_kernels_have_nothing_of_signals() {
+        let plain = Specialisation::default().definitions();
+        assert!(plain.iter().all(|(name, _)| !OF_SIGNALS.contains(&name)), "{plain:?}");
+        let even = plain.with_signals(2, 0, false);
+        let names = |all: &Definitions| all.iter().map(|(name, _)| name).collect::<Vec<_>>();
+        assert_eq!(names(&even)[names(&plain).len()..], ["DRR_SIGNALS"]);
+        assert_eq!(names(&plain.with_signals(2, 1, true))[names(&plain).len()..], OF_SIGNALS);
     }
 }
 

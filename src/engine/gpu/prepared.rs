@@ -7,8 +7,8 @@ use crate::engine::gpu::definitions::Definitions;
 use crate::engine::gpu::few::Few;
 use crate::engine::gpu::spectra::{Spectra, WholeTables};
 use crate::engine::gpu::voxels::{Density, DeviceVoxels, FRAME};
-use crate::engine::gpu::wire::{Beam, Launch, columns};
-use crate::engine::{Layers, ViewJob};
+use crate::engine::gpu::wire::{Beam, Channels, Launch, columns};
+use crate::engine::{Layers, SignalsJob, ViewJob};
 use crate::error::{Error, Result};
 use crate::method::Algorithm;
 use crate::physics::SpectralModel;
@@ -42,6 +42,8 @@ pub(crate) struct Views {
     pub beams: Vec<Beam>,
     pub spectra: Spectra,
     pub definitions: Definitions,
+    /// With sums by several rows of weights.
+    pub channels: Option<Channels>,
 }
 
 impl Prepared {
@@ -83,7 +85,7 @@ impl Prepared {
             launch,
             few: plan.quadrature.as_ref().map(|quadrature| Few::of(quadrature, &model)),
             model,
-            whole_tables: WholeTables::of(scene),
+            whole_tables: WholeTables::of(scene)?,
             bone: scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled),
             size: scene.detector,
             materials,
@@ -124,7 +126,25 @@ impl Prepared {
             definitions: self.definitions.for_job(layers, bone, (early_exit, few), axis),
             beams,
             spectra,
+            channels: None,
         }
+    }
+
+    /// How many views of a job one launch takes; `None` where no kernel is made for its sums.
+    pub(crate) fn views_of_signals(&self, job: &SignalsJob<'_>) -> Option<usize> {
+        let planes = self.materials.max(job.rows.len()).max(job.materials_before(self.materials));
+        // The signals are those of single rays.
+        let there = self.rays_per_pixel == 1 && job.fits(self.materials);
+        most_views(self.size, planes).ok().filter(|_| there)
+    }
+
+    /// What a launch for some views of a job takes.
+    pub(crate) fn signals(&self, views: &[ViewJob], job: &SignalsJob<'_>) -> Views {
+        let mut prepared = self.views(views, job.layers);
+        let before = job.materials_before(self.materials);
+        prepared.definitions = prepared.definitions.with_signals(job.rows.len(), before, job.open);
+        prepared.channels = Some(prepared.spectra.set_rows(job, self.materials));
+        prepared
     }
 }
 

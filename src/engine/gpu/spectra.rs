@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
+use crate::engine::SignalsJob;
 use crate::engine::gpu::few::Few;
-use crate::engine::gpu::wire::{Beam, Table};
-use crate::physics::SpectralModel;
+use crate::engine::gpu::wire::{Beam, Channels, Table};
+use crate::error::Result;
+use crate::physics::{MAX_MATERIALS, SpectralModel};
 use crate::scene::Scene;
 
 /// Energies of which a table holds a multiple, `DRR_ENERGIES_TOGETHER` in `shaders/spectrum.h`: the last ones have no
@@ -40,8 +42,9 @@ pub(super) struct WholeTables {
 }
 
 impl WholeTables {
-    pub(super) fn of(scene: &Scene) -> Self {
-        let energies = scene.spectrum.grid().count();
+    pub(super) fn of(scene: &Scene) -> Result<Self> {
+        let spectrum = scene.detected(0)?;
+        let energies = spectrum.grid().count();
         let padded = |row: &[f64]| {
             let mut padded: Vec<f32> = row.iter().map(|&value| value as f32).collect();
             padded.resize(energies.next_multiple_of(TOGETHER), 0.0);
@@ -49,7 +52,7 @@ impl WholeTables {
         };
         let rows = (0..scene.materials.names().len()).map(|m| padded(scene.materials.coefficients(m)));
         let attenuation = rows.flatten().collect();
-        Self { energies, weights: padded(scene.spectrum.weights()), attenuation }
+        Ok(Self { energies, weights: padded(spectrum.weights()), attenuation })
     }
 }
 
@@ -79,6 +82,35 @@ impl Spectra {
         self.attenuation.extend(&tables.attenuation);
     }
 
+    /// The tables of a job's rows of weights, of a scene with so many materials.
+    pub(super) fn set_rows(&mut self, job: &SignalsJob<'_>, materials: usize) -> Channels {
+        let end = self.end();
+        let energies = job.coefficients[0].len();
+        let padded = energies.next_multiple_of(TOGETHER);
+        let mut channels = Channels {
+            bins: padded as u32,
+            first_weight: end.first_weight,
+            first_attenuation: end.first_attenuation,
+            ..Channels::default()
+        };
+        let totals: Vec<f64> = job.rows.iter().map(|row| row.iter().sum()).collect();
+        for ((row, total), sum) in job.rows.iter().zip(&totals).zip(&mut channels.weight_sum) {
+            let first = self.weights.len();
+            extend(&mut self.weights, padded, row.iter().map(|weight| weight / total), 0.0);
+            *sum = sum_of(&self.weights[first..]).into();
+        }
+        for (row, total) in job.rows.iter().zip(&totals) {
+            let logarithm = |weight: &f64| if *weight > 0.0 { (weight / total).ln() } else { NO_WEIGHT };
+            extend(&mut self.weights, padded, row.iter().map(logarithm), NO_WEIGHT);
+        }
+        for (m, row) in job.coefficients.iter().enumerate() {
+            extend(&mut self.attenuation, padded, row.iter().copied(), row[energies - 1]);
+            let part = if m < materials { m } else { MAX_MATERIALS + m - materials };
+            channels.least_attenuation[part] = row.iter().copied().fold(f64::INFINITY, f64::min) as f32;
+        }
+        channels
+    }
+
     /// A table that begins where the others end.
     fn end(&self) -> Table {
         let [first_weight, first_attenuation] =
@@ -93,19 +125,14 @@ impl Spectra {
         }
         let (mut table, first) = (self.end(), self.attenuation.len());
         let padded = model.bins().next_multiple_of(TOGETHER);
-        let extend = |table: &mut Vec<f32>, values: &mut dyn Iterator<Item = f64>, filler: f64| {
-            let filled = values.chain(std::iter::repeat(filler)).take(padded);
-            table.extend(filled.map(|value| value as f32));
-        };
-        extend(&mut self.weights, &mut model.weights().iter().copied(), 0.0);
+        extend(&mut self.weights, padded, model.weights().iter().copied(), 0.0);
         table.bins = padded as u32;
-        // Of the weights as rounded: an empty path has exactly none of them missing.
-        let rounded = &self.weights[table.first_weight as usize..];
-        table.weight_sum = rounded.iter().map(|&weight| f64::from(weight)).sum::<f64>().into();
-        extend(&mut self.weights, &mut model.weights().iter().map(|weight| weight.ln()), NO_WEIGHT);
+        table.weight_sum = sum_of(&self.weights[table.first_weight as usize..]).into();
+        extend(&mut self.weights, padded, model.weights().iter().map(|weight| weight.ln()), NO_WEIGHT);
         for m in 0..model.materials() {
             let coefficients = model.coefficients(m);
-            extend(&mut self.attenuation, &mut coefficients.iter().copied(), coefficients[model.bins() - 1]);
+            let last = coefficients[model.bins() - 1];
+            extend(&mut self.attenuation, padded, coefficients.iter().copied(), last);
         }
         // The specification's loop reads as many energies as it has, whatever the tables hold.
         let read = first + (model.materials() - 1) * padded + SPECIFICATION_ENERGIES;
@@ -113,6 +140,17 @@ impl Spectra {
         self.models.push((model.clone(), table));
         table
     }
+}
+
+/// Lays out a row of a table, filled up to whole groups.
+fn extend(table: &mut Vec<f32>, padded: usize, values: impl Iterator<Item = f64>, filler: f64) {
+    let filled = values.chain(std::iter::repeat(filler)).take(padded);
+    table.extend(filled.map(|value| value as f32));
+}
+
+/// Of weights as rounded: an empty path has exactly none of them missing.
+fn sum_of(rounded: &[f32]) -> f64 {
+    rounded.iter().map(|&weight| f64::from(weight)).sum()
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::engine::{MAX_BEFORE, MAX_SIGNALS};
 use crate::raycast::Even;
 
 /// A number as an unevaluated sum of two float32: 48 bits.
@@ -92,6 +93,17 @@ pub(crate) struct Beam {
     pub(super) few_up_to: [f32; 8],
 }
 
+/// Where the sums by several rows of weights find their tables.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[repr(C)]
+pub(crate) struct Channels {
+    pub(super) bins: u32,
+    pub(super) first_weight: u32,
+    pub(super) first_attenuation: u32,
+    pub(super) weight_sum: [Twofold; MAX_SIGNALS],
+    pub(super) least_attenuation: [f32; 8 + MAX_BEFORE],
+}
+
 /// How the codes of voxels with one label stand in for their densities, g/cm³: with t = 2⁻²³ code + origin,
 /// density = scale · (t − kink · |t|) + offset.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -124,6 +136,7 @@ pub(crate) struct Launch {
 const _: () = {
     assert!(size_of::<Twofold>() == 8 && size_of::<Affine>() == 24 && size_of::<Table>() == 20);
     assert!(size_of::<Beam>() == 360 && align_of::<Beam>() == 4);
+    assert!(size_of::<Channels>() == 140 && align_of::<Channels>() == 4);
     assert!(size_of::<Launch>() == 272 && align_of::<Launch>() == 4);
 };
 

@@ -10,12 +10,12 @@ use rayon::prelude::*;
 
 use crate::allocation::filled;
 use crate::engine::gpu::{DeviceVoxels, Layout, Prepared, Slab, Views};
-use crate::engine::{Engine, Images, Job};
+use crate::engine::{Engine, Images, Job, Passed, Progress, SignalsJob};
 use crate::error::Result;
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::volume::Volume;
-use program::{HostImages, HostSpectra, HostVoxels, Program};
+use program::{HostImages, HostSignals, HostSpectra, HostVoxels, Program};
 
 /// Most rays that one thread casts between two reports of its progress, unless a single pixel has more.
 const REPORTED: usize = 1024;
@@ -75,25 +75,57 @@ impl Host {
 
 impl Engine for Host {
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
-        let [width, height] = self.prepared.size;
-        let materials = self.prepared.materials;
-        let mut images = Images::zeroed([width, height], job.views.len(), materials, job.layers)?;
+        let (size, materials) = (self.prepared.size, self.prepared.materials);
+        let mut images = Images::zeroed(size, job.views.len(), materials, job.layers)?;
         let at_once = self.prepared.most_views;
         for (n, some) in job.views.chunks(at_once).enumerate() {
             let views = self.prepared.views(some, job.layers);
-            let program = Program::of(&views.definitions)?;
             let images = HostImages::from_view(&mut images, n * at_once);
-            let call = Call { engine: self, program, views: &views, images };
-            let piece = (REPORTED / self.prepared.rays_per_pixel).max(1);
-            (0..some.len() * height).into_par_iter().try_for_each(|row| {
-                (0..width).step_by(piece).try_for_each(|first| {
-                    let columns = first..(first + piece).min(width);
-                    call.pixels([row / height, row % height], columns.clone());
-                    job.progress.finished(columns.len() * self.prepared.rays_per_pixel)
-                })
-            })?;
+            self.run(&views, images, None, &job.progress)?;
         }
         Ok(images)
+    }
+
+    fn signals(&self, job: &SignalsJob<'_>) -> Result<Option<(Images<f32>, Passed)>> {
+        let Some(at_once) = self.prepared.views_of_signals(job) else { return Ok(None) };
+        let (size, materials) = (self.prepared.size, self.prepared.materials);
+        let mut images = Images::zeroed(size, job.views.len(), materials, job.layers)?;
+        let mut passed = Passed::zeroed(job, size)?;
+        for (n, some) in job.views.chunks(at_once).enumerate() {
+            let views = self.prepared.signals(some, job);
+            let images = HostImages::from_view(&mut images, n * at_once);
+            let first = n * at_once * job.rows.len() * size[0] * size[1];
+            let signals = HostSignals {
+                before: job.before.as_ptr(),
+                passing: passed.passing[first..].as_mut_ptr(),
+                open: passed.open.as_mut_ptr(),
+            };
+            self.run(&views, images, Some(signals), &job.progress)?;
+        }
+        Ok(Some((images, passed)))
+    }
+}
+
+impl Host {
+    /// Casts all rays of some views.
+    fn run(
+        &self,
+        views: &Views,
+        images: HostImages,
+        signals: Option<HostSignals>,
+        progress: &Progress<'_>,
+    ) -> Result<()> {
+        let [width, height] = self.prepared.size;
+        let program = Program::of(&views.definitions)?;
+        let call = Call { engine: self, program, views, images, signals };
+        let piece = (REPORTED / self.prepared.rays_per_pixel).max(1);
+        (0..views.beams.len() * height).into_par_iter().try_for_each(|row| {
+            (0..width).step_by(piece).try_for_each(|first| {
+                let columns = first..(first + piece).min(width);
+                call.pixels([row / height, row % height], columns.clone());
+                progress.finished(columns.len() * self.prepared.rays_per_pixel)
+            })
+        })
     }
 }
 
@@ -103,6 +135,7 @@ struct Call<'a> {
     program: Arc<Program>,
     views: &'a Views,
     images: HostImages,
+    signals: Option<HostSignals>,
 }
 
 impl Call<'_> {
@@ -122,7 +155,8 @@ impl Call<'_> {
         };
         // SAFETY: the arrays are as long as the launch says, and outlive the call; a pixel is written by one call only.
         unsafe {
-            self.program.project(self.views, &voxels, &spectra, &self.images, view_and_row, columns);
+            let places = (&self.images, self.signals.as_ref());
+            self.program.project(self.views, &voxels, &spectra, places, view_and_row, columns);
         }
     }
 }

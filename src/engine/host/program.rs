@@ -10,7 +10,7 @@ use std::sync::{Arc, LazyLock};
 use libloading::Library;
 
 use crate::engine::Images;
-use crate::engine::gpu::wire::{Beam, Launch};
+use crate::engine::gpu::wire::{Beam, Channels, Launch};
 use crate::engine::gpu::{Definitions, HOST_TEXT, Programs, Views};
 use crate::error::{Error, Result};
 
@@ -53,6 +53,17 @@ impl HostImages {
     }
 }
 
+/// `DrrSignals`.
+#[repr(C)]
+pub(super) struct HostSignals {
+    pub(super) before: *const f32,
+    pub(super) passing: *mut f32,
+    pub(super) open: *mut f32,
+}
+
+// SAFETY: as for the images.
+unsafe impl Sync for HostSignals {}
+
 /// The kernel's entry point, `shaders/host.cpp`.
 type Project = unsafe extern "C" fn(
     *const Launch,
@@ -66,9 +77,30 @@ type Project = unsafe extern "C" fn(
     u32,
 );
 
+/// The same with sums by several rows of weights.
+type ProjectSignals = unsafe extern "C" fn(
+    *const Launch,
+    *const Beam,
+    *const HostVoxels,
+    *const HostSpectra,
+    *const HostImages,
+    u32,
+    u32,
+    u32,
+    u32,
+    *const Channels,
+    *const HostSignals,
+);
+
+/// Which of them the definitions made.
+enum EntryPoint {
+    Plain(Project),
+    Signals(ProjectSignals),
+}
+
 /// A loaded kernel.
 pub(super) struct Program {
-    project: Project,
+    project: EntryPoint,
     _library: Library,
 }
 
@@ -92,39 +124,45 @@ impl Program {
         compile(definitions, &path)?;
         // SAFETY: the library was compiled from our text a moment ago, and has no initialisers.
         let library = unsafe { Library::new(&path) }.map_err(|error| failed(&error))?;
-        // SAFETY: `shaders/host.cpp` defines it with this signature.
-        let project = unsafe { library.get::<Project>(c"projectPolyenergeticDRR") };
-        let project = *project.map_err(|error| failed(&error))?;
+        let name = c"projectPolyenergeticDRR";
+        // SAFETY: `shaders/host.cpp` defines it with this signature, which depends on this definition.
+        let project = unsafe {
+            if definitions.iter().any(|(name, _)| name == "DRR_SIGNALS") {
+                library.get::<ProjectSignals>(name).map(|function| EntryPoint::Signals(*function))
+            } else {
+                library.get::<Project>(name).map(|function| EntryPoint::Plain(*function))
+            }
+        };
+        let project = project.map_err(|error| failed(&error))?;
         Ok(Self { project, _library: library })
     }
 
     /// Projects some pixels of one row of one view.
     ///
     /// # Safety
-    /// Voxels, tables and images are as long as the views' launch says; nobody else reads or writes these pixels.
+    /// Voxels, tables, images and signals, which are there if the views have channels, are as long as the views' launch
+    /// says; nobody else reads or writes these pixels.
     pub(super) unsafe fn project(
         &self,
         views: &Views,
         voxels: &HostVoxels,
         spectra: &HostSpectra,
-        images: &HostImages,
+        (images, signals): (&HostImages, Option<&HostSignals>),
         [view, row]: [usize; 2],
         columns: Range<usize>,
     ) {
         let [view, row, first, end] = [view, row, columns.start, columns.end].map(|n| n as u32);
-        // SAFETY: by the caller's promise; the kernel was compiled for these views' definitions.
-        unsafe {
-            (self.project)(
-                &raw const views.launch,
-                views.beams.as_ptr(),
-                voxels,
-                spectra,
-                images,
-                view,
-                row,
-                first,
-                end,
-            );
+        let (launch, beams) = (&raw const views.launch, views.beams.as_ptr());
+        match (&self.project, &views.channels, signals) {
+            // SAFETY: by the caller's promise; the kernel was compiled for these views' definitions.
+            (EntryPoint::Signals(project), Some(channels), Some(signals)) => unsafe {
+                project(launch, beams, voxels, spectra, images, view, row, first, end, channels, signals);
+            },
+            // SAFETY: as above.
+            (EntryPoint::Plain(project), None, None) => unsafe {
+                project(launch, beams, voxels, spectra, images, view, row, first, end);
+            },
+            _ => unreachable!("the definitions say whether there are signals"),
         }
     }
 }

@@ -9,8 +9,7 @@ use objc2_metal::{
     MTLComputePipelineState, MTLSize,
 };
 
-use crate::engine::ViewJob;
-use crate::engine::gpu::wire::Launch as WireLaunch;
+use crate::engine::gpu::wire::{Channels as WireChannels, Launch as WireLaunch};
 use crate::engine::gpu::{Prepared, Views};
 use crate::engine::metal::Device;
 use crate::engine::metal::failure::none;
@@ -19,6 +18,7 @@ use crate::engine::metal::outputs::Outputs;
 use crate::engine::metal::program::{Program, Variant};
 use crate::engine::metal::time::Stopwatch;
 use crate::engine::metal::volume::DeviceVolume;
+use crate::engine::{SignalsJob, ViewJob};
 use crate::error::{Error, Result};
 use crate::shared::{DrrBool, DrrFloat3, DrrFloat4x4, ProjectionUniforms};
 
@@ -56,6 +56,20 @@ impl Launch {
         let own_tables = views.iter().any(|view| view.lut_addresses != [0, 0]);
         let uniforms: Option<Vec<_>> = own_tables.then(|| views.iter().map(uniforms).collect());
         Self::of(device, prepared, block, prepared.views(views, outputs.layers()), uniforms, outputs)
+    }
+
+    /// For some views of a job that sums by several rows of weights.
+    ///
+    /// # Errors
+    /// As [`Launch::new`].
+    pub(super) fn signals(
+        device: &Device,
+        prepared: &Prepared,
+        block: [usize; 2],
+        (views, job): (&[ViewJob], &SignalsJob<'_>),
+        outputs: &Outputs,
+    ) -> Result<Self> {
+        Self::of(device, prepared, block, prepared.signals(views, job), None, outputs)
     }
 
     /// With the specification's own loop.
@@ -150,6 +164,13 @@ impl Launch {
             let launch = NonNull::from(&self.views.launch);
             encoder.setBytes_length_atIndex(launch.cast(), size_of::<WireLaunch>(), 3);
             encoder.setBuffer_offset_atIndex(Some(&self.beams), 0, 4);
+            if let Some(channels) = &self.views.channels {
+                encoder.setBytes_length_atIndex(
+                    NonNull::from(channels).cast(),
+                    size_of::<WireChannels>(),
+                    13,
+                );
+            }
         }
     }
 }

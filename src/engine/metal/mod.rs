@@ -18,7 +18,7 @@ use objc2::runtime::ProtocolObject;
 use objc2_metal::{MTLBlitCommandEncoder, MTLBuffer, MTLCommandBuffer, MTLCommandEncoder};
 
 use crate::engine::gpu::Prepared;
-use crate::engine::{DeviceOutputs, Engine, Images, Job, Layers, Timings, ViewJob};
+use crate::engine::{DeviceOutputs, Engine, Images, Job, Layers, Passed, SignalsJob, Timings, ViewJob};
 use crate::error::{Error, Result};
 use crate::plan::Plan;
 use crate::scene::Scene;
@@ -101,6 +101,27 @@ impl Metal {
         Ok(images)
     }
 
+    fn passed(&self, job: &SignalsJob<'_>) -> Result<Option<(Images<f32>, Passed)>> {
+        let Some(most) = self.prepared.views_of_signals(job) else { return Ok(None) };
+        let [width, height] = self.prepared.size;
+        let at_once = most.min(VIEWS_AT_ONCE).min(job.views.len()).max(1);
+        let (size, materials) = (self.prepared.size, self.prepared.materials);
+        let mut images = Images::zeroed(size, job.views.len(), materials, job.layers)?;
+        let mut passed = Passed::zeroed(job, size)?;
+        let outputs = Outputs::of_signals(&self.device, &self.prepared, at_once, job)?;
+        let mut kernel_seconds = 0.0;
+        for (n, views) in job.views.chunks(at_once).enumerate() {
+            let launch = Launch::signals(&self.device, &self.prepared, self.block, (views, job), &outputs)?;
+            kernel_seconds += self.run(&launch, &outputs)?;
+            outputs.read(&mut images, n * at_once, views.len());
+            outputs.read_signals(&mut passed, job.rows.len() * width * height, n * at_once, views.len());
+            self.measured().compile_seconds = launch.compile_seconds();
+            job.progress.finished(views.len() * width * height)?;
+        }
+        self.measured().kernel_seconds = kernel_seconds;
+        Ok(Some((images, passed)))
+    }
+
     /// Runs one launch to its end; the seconds that the GPU took.
     fn run(&self, launch: &Launch, outputs: &Outputs) -> Result<f64> {
         // A job may have thousands of launches, whose command buffers keep what they use.
@@ -150,6 +171,10 @@ fn finish(commands: &ProtocolObject<dyn MTLCommandBuffer>, bytes: usize) -> Resu
 impl Engine for Metal {
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
         autoreleasepool(|_| self.images(job))
+    }
+
+    fn signals(&self, job: &SignalsJob<'_>) -> Result<Option<(Images<f32>, Passed)>> {
+        autoreleasepool(|_| self.passed(job))
     }
 
     /// `queue` is an `id<MTLCommandBuffer>` of the engine's GPU that retains its references, is not committed, and has no

@@ -14,7 +14,7 @@ use crate::engine::gpu::Prepared;
 use crate::engine::metal::Device;
 use crate::engine::metal::failure::none;
 use crate::engine::metal::objects::{Buffer, TextureObject};
-use crate::engine::{DeviceOutputs, Images, Layers};
+use crate::engine::{DeviceOutputs, Images, Layers, Passed, SignalsJob};
 use crate::error::{Error, Result};
 
 /// What the kernel calls the type of the image texture: `DRR_IMAGE_TEXTURE`.
@@ -33,6 +33,14 @@ pub(super) struct Outputs {
     areal_density: Option<Buffer>,
     bone_path: Option<Buffer>,
     image: Option<(TextureObject, ImageKind)>,
+    signals: Option<Signals>,
+}
+
+/// Buffers of what is summed by several rows of weights.
+struct Signals {
+    before: Buffer,
+    passing: Buffer,
+    open: Buffer,
 }
 
 impl Outputs {
@@ -51,7 +59,27 @@ impl Outputs {
             areal_density: buffer(layers.areal_density, prepared.materials)?,
             bone_path: buffer(layers.bone_path, 1)?,
             image: None,
+            signals: None,
         })
+    }
+
+    /// Buffers of our own, with those of a job's signals.
+    ///
+    /// # Errors
+    /// `OutOfMemory`.
+    pub(super) fn of_signals(
+        device: &Device,
+        prepared: &Prepared,
+        views: usize,
+        job: &SignalsJob<'_>,
+    ) -> Result<Self> {
+        let rows = job.rows.len() * prepared.size[0] * prepared.size[1] * size_of::<f32>();
+        let signals = Signals {
+            before: Buffer::of(device.gpu(), job.before, "what lies before the volume")?,
+            passing: Buffer::new(device.gpu(), views * rows, "the signals")?,
+            open: Buffer::new(device.gpu(), if job.open { rows } else { 0 }, "the signals")?,
+        };
+        Ok(Self { signals: Some(signals), ..Self::new(device, prepared, views, job.layers)? })
     }
 
     /// The caller's.
@@ -87,6 +115,7 @@ impl Outputs {
             areal_density: buffer("areal_density", given.areal_density, prepared.materials)?,
             bone_path: buffer("bone_path_mm", given.bone_path, 1)?,
             image,
+            signals: None,
         };
         // The kernel copies to the texture what it has written to the buffer.
         if outputs.image.is_some() && outputs.intensity.is_none() {
@@ -108,7 +137,8 @@ impl Outputs {
     /// Bytes of all layers.
     pub(super) fn bytes(&self) -> usize {
         let buffers = [&self.intensity, &self.line_integral, &self.areal_density, &self.bone_path];
-        buffers.into_iter().flatten().map(|buffer| buffer.length()).sum()
+        let of_signals = self.signals.iter().flat_map(|signals| [&signals.passing, &signals.open]);
+        buffers.into_iter().flatten().chain(of_signals).map(|buffer| buffer.length()).sum()
     }
 
     /// The type of the texture, if there is one.
@@ -122,6 +152,12 @@ impl Outputs {
         for (buffer, index) in buffers.into_iter().zip(8..) {
             // SAFETY: the indices of `shaders/drr.metal`; long enough for the launch's views.
             unsafe { encoder.setBuffer_offset_atIndex(buffer.as_deref(), 0, index) };
+        }
+        if let Some(Signals { before, passing, open }) = &self.signals {
+            for (buffer, index) in [before, passing, open].into_iter().zip(14..) {
+                // SAFETY: as above.
+                unsafe { encoder.setBuffer_offset_atIndex(Some(buffer), 0, index) };
+            }
         }
         if let Some((texture, _)) = &self.image {
             // SAFETY: as large as the detector, and of the type that the kernel was compiled for.
@@ -158,6 +194,15 @@ impl Outputs {
         copy(&self.line_integral, &mut images.line_integral, 1);
         copy(&self.areal_density, &mut images.areal_density, materials);
         copy(&self.bone_path, &mut images.bone_path, 1);
+    }
+}
+
+impl Outputs {
+    /// Copies the signals of the first `views` views, of `planes` numbers each, to their places, from view `first` on.
+    pub(super) fn read_signals(&self, passed: &mut Passed, planes: usize, first: usize, views: usize) {
+        let Some(signals) = &self.signals else { return };
+        signals.passing.read(&mut passed.passing[first * planes..][..views * planes]);
+        signals.open.read(&mut passed.open);
     }
 }
 

@@ -102,18 +102,23 @@ impl Reference {
         };
         let areal_density = self.areal_density(ray, span);
         let seen = &areal_density[..self.materials];
-        let bone = self.bone.filter(|_| job.layers.bone_path);
+        let bone_path = if job.layers.bone_path { self.bone_path(ray, span) } else { 0.0 };
         PixelValue {
             intensity: spectral.intensity(seen),
             line_integral: spectral.line_integral(seen),
             areal_density,
-            bone_path: bone
-                .map_or(0.0, |bone| ray.mm_per_slice * siddon::path_through(&self.volume, ray, span, bone)),
+            bone_path,
         }
     }
 
+    /// Length through bone in mm.
+    pub(crate) fn bone_path(&self, ray: &Ray, span: Span) -> f64 {
+        let through = |bone| ray.mm_per_slice * siddon::path_through(&self.volume, ray, span, bone);
+        self.bone.map_or(0.0, through)
+    }
+
     /// Areal densities in g/cm², by label.
-    fn areal_density(&self, ray: &Ray, span: Span) -> PerLabel {
+    pub(crate) fn areal_density(&self, ray: &Ray, span: Span) -> PerLabel {
         let per_slice = match self.algorithm {
             Algorithm::Joseph => joseph::integrate(&self.volume, ray, span),
             Algorithm::March { step } => march::integrate(&self.volume, ray, span, step),

@@ -1,7 +1,7 @@
 //! Which bins, with which weights.
 
+use crate::least_squares::Columns;
 use crate::physics::SpectralModel;
-use crate::physics::quadrature::least_squares::Columns;
 use crate::physics::quadrature::training::paths;
 
 /// Most bins to choose from; of more, every n-th is taken.

@@ -1,6 +1,6 @@
 //! The largest value that a sum of exponentials of either sign can have around a point.
 
-use crate::physics::quadrature::least_squares::dot;
+use crate::least_squares::dot;
 
 /// Widest exponent that is expanded. Beyond, the cell is to be cut.
 const WIDEST: f64 = 8.0;

@@ -74,6 +74,14 @@ impl<'a> Input<'a> {
         last
     }
 
+    /// The last bytes, as many as there are, if the very last is this one: inputs that end otherwise go on as before.
+    pub(super) fn end(&mut self, mark: u8, count: usize) -> Option<Self> {
+        let (_, rest) = self.bytes.split_last().filter(|(last, _)| **last == mark)?;
+        let (bytes, end) = rest.split_at(rest.len().saturating_sub(count));
+        self.bytes = bytes;
+        Some(Self { bytes: end })
+    }
+
     fn word(&mut self) -> u64 {
         u64::from_le_bytes(std::array::from_fn(|_| self.byte()))
     }

@@ -4,6 +4,8 @@
 #![allow(unsafe_code, reason = "calls the C ABI")]
 
 mod call;
+mod effects;
+mod exposure;
 mod images;
 mod input;
 mod memory;
@@ -66,6 +68,7 @@ fn pipeline(input: &mut Input<'_>) -> bool {
         // SAFETY: the handle is live, and the string lives as long.
         let plan = unsafe { std::ffi::CStr::from_ptr(drr_projector_describe(projector)) };
         assert!(plan.to_str().is_ok_and(|plan| plan.starts_with('{')), "a plan in JSON");
+        exposure::develop(input, projector, &scene, &grid);
         made_images = images::project(input, projector, &scene, &grid);
         // SAFETY: the handle is live and not used again.
         assert!(succeeded(unsafe { drr_projector_destroy(projector) }));

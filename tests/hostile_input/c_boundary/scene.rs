@@ -3,14 +3,14 @@
 use std::ffi::CStr;
 
 use drr::capi::context::DrrContext;
+use drr::capi::effects::{DRR_EFFECT_BONE_PATH, DRR_EFFECT_POLYENERGETIC};
 use drr::capi::physics::drr_physics_spectrum;
 use drr::capi::projector::{DrrProjector, drr_projector_create};
-use drr::capi::scene::{
-    DRR_ALGORITHM_MARCH, DRR_EFFECT_BONE_PATH, DRR_EFFECT_POLYENERGETIC, DrrScene, drr_scene_init,
-};
+use drr::capi::scene::{DRR_ALGORITHM_MARCH, DrrScene, drr_scene_init};
 use drr::capi::volume::DrrVolume;
 
 use super::call::{made, succeeded};
+use super::effects::Effects;
 use super::input::Input;
 use super::memory::How;
 
@@ -30,11 +30,28 @@ pub(super) struct Accepted {
     pub(super) i0: f64,
     /// No coefficient is larger, cm²/g.
     pub(super) largest_attenuation: f64,
+    /// What the scene points to: it may be read again.
+    _tables: [Vec<f32>; 3],
+    effects: Option<Effects>,
 }
 
 impl Accepted {
     pub(super) fn has(&self, effect: u32) -> bool {
         self.scene.effects & effect != 0
+    }
+
+    /// Images of signals per view.
+    pub(super) fn layers(&self) -> usize {
+        if self.has(DRR_EFFECT_POLYENERGETIC) && !self.scene.second_detector_response.is_null() {
+            2
+        } else {
+            1
+        }
+    }
+
+    /// Whether the images are not those of rays alone.
+    pub(super) fn has_effects(&self) -> bool {
+        self.effects.is_some()
     }
 
     /// Samples of a march through one voxel.
@@ -61,6 +78,7 @@ pub(super) fn make(
     let mut scene = numbers(input);
     // Of a number that is refused no array can be made.
     let energies = if scene.energy_count <= MOST_ENERGIES { scene.energy_count } else { 1 };
+    let effects = Effects::set(input, &mut scene, energies);
     let materials = if scene.material_count <= 8 { scene.material_count } else { 1 };
     let [has_spectrum, has_response, has_attenuation] = [(); 3].map(|()| input.seldom());
     let [mut spectrum, mut response, mut attenuation] = [const { Vec::new() }; 3];
@@ -90,7 +108,8 @@ pub(super) fn make(
     let i0 =
         if scene.effects & DRR_EFFECT_POLYENERGETIC == 0 { 1.0 } else { i0(&scene, &spectrum, &response) };
     let largest = attenuation.iter().fold(BUILT_IN_ATTENUATION, |largest, &mu| largest.max(mu.into()));
-    Some((projector, Accepted { scene, i0, largest_attenuation: largest }))
+    let tables = [spectrum, response, attenuation];
+    Some((projector, Accepted { scene, i0, largest_attenuation: largest, _tables: tables, effects }))
 }
 
 /// A scene without tables.
@@ -113,7 +132,14 @@ fn numbers(input: &mut Input<'_>) -> DrrScene {
         struct_size: input.count(defaults.struct_size, 0..200),
         detector_width: input.count(3, 1..10),
         detector_height: input.count(2, 1..10),
-        effects: input.one_of(&[effects, 0, DRR_EFFECT_POLYENERGETIC, DRR_EFFECT_BONE_PATH, 4, u32::MAX]),
+        effects: input.one_of(&[
+            effects,
+            0,
+            DRR_EFFECT_POLYENERGETIC,
+            DRR_EFFECT_BONE_PATH,
+            1 << 9,
+            u32::MAX,
+        ]),
         algorithm: input.code(defaults.algorithm),
         supersampling: input.one_of(&[1, 2, 3, 4, 5, 16, 17, 0, u32::MAX]),
         step_voxels: input.number(defaults.step_voxels),

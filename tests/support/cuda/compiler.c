@@ -22,7 +22,11 @@ static const char after[] =
     "\nextern \"C\" void stand_in_thread(const unsigned *p, void **a) {\n"
     "    blockDim = {p[0], p[1], 1}; blockIdx = {p[2], p[3], 0}; threadIdx = {p[4], p[5], 0};\n"
     "    projectPolyenergeticDRR(*(const DrrLaunch *)a[0], *(const DrrBeam **)a[1], *(DrrVoxels *)a[2],\n"
-    "                            *(DrrSpectra *)a[3], *(DrrImages *)a[4]);\n"
+    "                            *(DrrSpectra *)a[3], *(DrrImages *)a[4]\n"
+    "#if defined(DRR_SIGNALS)\n"
+    "                            , *(const DrrChannels *)a[5], *(DrrSignals *)a[6]\n"
+    "#endif\n"
+    "    );\n"
     "}\n";
 
 int nvrtcVersion(int *major, int *minor) {

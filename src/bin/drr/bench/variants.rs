@@ -1,7 +1,9 @@
 //! The kernel's variants on one scene: the algorithms, and the specification's own loop.
 
 use anyhow::Result;
+use drr::effects::{Effects, Noise};
 use drr::engine::{Layers, SILENT, Timings};
+use drr::physics::DetectorResponse;
 use drr::{Algorithm, Projector, Scene, ViewRequest};
 use serde_json::json;
 
@@ -41,9 +43,34 @@ impl Variants {
             };
             all.extend(Variant::measure(name, RUNS, kernel, &projector)?);
         }
+        all.extend(Self::two_layers(setup, like, views)?);
         let specification = || like.specification_loop(views);
         all.extend(Variant::measure("specification's loop", RUNS_OF_THE_LOOP, specification, like)?);
         Ok(Self(all))
+    }
+
+    /// The kernel that sums over energies for both layers of a detector and the moments of their noise, eight sums for a ray,
+    /// of the first view; where there are responses at the scene's energies.
+    fn two_layers(setup: &Setup<'_>, like: &Projector, views: &[ViewRequest]) -> Result<Option<Variant>> {
+        let scene = like.scene();
+        let layer = |name| DetectorResponse::named(name, *scene.spectrum.grid());
+        let (Ok(top), Ok(bottom)) = (layer("top_energy"), layer("bottom_energy")) else { return Ok(None) };
+        let noise = Noise { photons_per_pixel: 1000.0, quantum: true, electronic_photons: 0.0, seed: 0 };
+        let scene = Scene {
+            detector_layers: vec![top, bottom],
+            effects: Effects { noise: Some(noise), ..Effects::default() },
+            method: Algorithm::Joseph.into(),
+            tolerance: None,
+            supersampling: 1,
+            ..scene.clone()
+        };
+        let projector = Projector::new(&setup.context, like.volume().clone(), scene)?;
+        let layers = Layers { intensity: true, ..Layers::default() };
+        let kernel = || {
+            projector.project(&views[..views.len().min(1)], layers, SILENT)?;
+            Ok(projector.timings().map(|timings| timings.kernel_seconds))
+        };
+        Variant::measure("joseph, 8 signals", RUNS, kernel, &projector)
     }
 
     pub(super) fn to_json(&self) -> serde_json::Value {

@@ -14,13 +14,13 @@ use super::glyphs::text_size;
 use super::legend::Legend;
 use super::marker::{ARROW, INK, Marker, PALE_INK, arrow};
 
-const MARGIN: i32 = 16;
+pub(super) const MARGIN: i32 = 16;
 /// Room for the texts of the axes: under the plot, and left of it.
 const UNDER: i32 = 50;
 const LEFT: i32 = 72;
 /// The last text of the x axis is centred at the plot's right end.
 const RIGHT: i32 = 34;
-const GRID: RGBColor = RGBColor(208, 208, 208);
+pub(super) const GRID: RGBColor = RGBColor(208, 208, 208);
 const FINE_GRID: RGBColor = RGBColor(238, 238, 238);
 
 /// Everything around the plot.
@@ -115,7 +115,13 @@ impl Frame {
 }
 
 /// Draws a text in as many lines as it needs; the row under it.
-fn paragraph<B: Surface>(area: &Area<B>, text: &str, top: i32, height: f64, colour: RGBColor) -> Result<i32> {
+pub(super) fn paragraph<B: Surface>(
+    area: &Area<B>,
+    text: &str,
+    top: i32,
+    height: f64,
+    colour: RGBColor,
+) -> Result<i32> {
     let bold = height == TITLE;
     let mut row = top;
     for line in wrapped(text, SIZE.0 as i32 - 2 * MARGIN, height, bold) {
@@ -126,7 +132,7 @@ fn paragraph<B: Surface>(area: &Area<B>, text: &str, top: i32, height: f64, colo
 }
 
 /// The text's words in lines of at most this width, where its words allow it.
-fn wrapped(text: &str, width: i32, height: f64, bold: bool) -> Vec<String> {
+pub(super) fn wrapped(text: &str, width: i32, height: f64, bold: bool) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {
         match lines.last_mut() {

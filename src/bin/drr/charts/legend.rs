@@ -22,6 +22,8 @@ pub(super) enum Symbol {
     Ring,
     /// A cross of error bars.
     Bars,
+    /// One error bar.
+    Spread,
 }
 
 /// Symbols and what they mean.
@@ -73,6 +75,7 @@ impl Symbol {
                 marker.draw(area, (x, y))
             }
             Self::Ring => ring(area, (x, y)),
+            Self::Spread => line(area, &level, INK.stroke_width(1)),
             Self::Bars => {
                 line(area, &[(x - RADIUS - 2, y), (x + RADIUS + 2, y)], INK.stroke_width(1))?;
                 line(area, &[(x, y - RADIUS - 2), (x, y + RADIUS + 2)], INK.stroke_width(1))

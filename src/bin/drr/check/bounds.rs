@@ -59,7 +59,8 @@ impl Bounds {
         let unit = f64::from(f32::EPSILON) / 2.0;
         let whole = set.layers.line_integral || set.layers.areal_density;
         let stops = set.views[view].early_exit && !whole;
-        let stopped = if stops { (-15.0_f64).exp() * set.scene.spectrum.total() } else { 0.0 };
+        let stopped =
+            if stops { (-15.0_f64).exp() * set.scene.detected(0).expect("valid").total() } else { 0.0 };
         // Below the smallest normal number float32 loses digits; GPUs may not have such numbers.
         let lost = if backend == Backend::Cpu { unit } else { 1.0 };
         Self {

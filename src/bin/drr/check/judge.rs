@@ -46,7 +46,7 @@ impl<'a> Judge<'a> {
             Demand::Exact(set) | Demand::NearFace(set) => self.compare(context, set),
             Demand::Vacuum(set) => {
                 let images = self.images(context, set)?;
-                Ok((vacuum(context.backend(), set.scene.spectrum.total(), &images), None))
+                Ok((vacuum(context.backend(), set.scene.detected(0).expect("valid").total(), &images), None))
             }
             Demand::Same(sets) => {
                 let same = same_bytes(&self.images(context, &sets[0])?, &self.images(context, &sets[1])?);
@@ -186,6 +186,7 @@ mod tests {
             size: [2, 1],
             views: 1,
             materials: 1,
+            detector_layers: 1,
             intensity: vec![i0; 2],
             line_integral: vec![0.0; 2],
             areal_density: vec![0.0; 2],

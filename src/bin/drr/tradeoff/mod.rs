@@ -78,6 +78,12 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
             "--supersample is given; valid: none, because tradeoff measures one, 2x2 and 3x3 rays per pixel"
         );
     }
+    if arguments.inputs.has_effects() {
+        bail!(
+            "an effect or a second detector layer is given; valid: none, because tradeoff measures the rays; drr effects \
+             measures effects"
+        );
+    }
     let volume = Arc::new(setup.load(console)?.volume);
     let views = setup.views(&volume)?;
     prepare(&arguments.output)?;
@@ -189,7 +195,7 @@ impl Study<'_> {
 }
 
 /// What the engine runs on, in words.
-fn machine(context: &Context) -> String {
+pub(crate) fn machine(context: &Context) -> String {
     match context.device_name().to_string_lossy() {
         device if device.is_empty() => format!("{} thread(s) of this machine", context.threads()),
         device => device.into_owned(),

@@ -1,4 +1,5 @@
 use super::*;
+use crate::engine::{Layers, Progress, SILENT};
 use crate::physics::Quadrature;
 
 /// A chest's, g/cm². The last one as a float32 is more.
@@ -76,10 +77,51 @@ fn nothing_stands_for_a_view_s_own_tables() {
     for own in [false, true] {
         let mut beam = Beam { few_up_to: few.up_to, ..Beam::default() };
         if own {
-            spectra.make_room(&WholeTables::of(&scene), &mut beam);
+            spectra.make_room(&WholeTables::of(&scene).expect("valid"), &mut beam);
         } else {
             spectra.set(&model, &mut beam);
         }
         assert!(beam.few_up_to.iter().all(|&limit| limit < 0.0), "{:?}", beam.few_up_to);
     }
+}
+
+/// Two rows over nine energies, behind two materials and a third before the volume.
+#[test]
+fn rows_share_their_energies_and_follow_other_tables() {
+    let rows = [vec![1.0; 9], (0..9).map(f64::from).collect::<Vec<_>>()];
+    let coefficients = [0.5, 0.25, 8.0].map(|least| (0..9).map(|k| least + f64::from(8 - k)).collect());
+    let (_, model, ..) = tables();
+    let (mut spectra, mut beam) = (Spectra::default(), Beam::default());
+    spectra.set(&model, &mut beam);
+    let job = SignalsJob {
+        views: &[],
+        rows: &rows,
+        coefficients: &coefficients,
+        before: &[],
+        open: false,
+        layers: Layers::default(),
+        progress: Progress::new(SILENT),
+    };
+    let channels = spectra.set_rows(&job, 2);
+    holds(&spectra, beam.all, &model);
+    assert_eq!([channels.first_weight % 4, channels.first_attenuation % 4, channels.bins], [0, 0, 16]);
+    let weights = &spectra.weights[channels.first_weight as usize..];
+    assert_eq!(weights.len(), 4 * 16, "rows, then their logarithms");
+    for (r, row) in rows.iter().enumerate() {
+        let total: f64 = row.iter().sum();
+        let (linear, logarithm) = (&weights[16 * r..][..16], &weights[16 * (2 + r)..][..16]);
+        for (k, weight) in row.iter().enumerate() {
+            assert_eq!(linear[k], (weight / total) as f32);
+            let expected = if *weight > 0.0 { (weight / total).ln() } else { NO_WEIGHT };
+            assert_eq!(logarithm[k], expected as f32);
+        }
+        assert!(linear[9..].iter().all(|&weight| weight == 0.0));
+        assert!(logarithm[9..].iter().all(|&weight| weight == NO_WEIGHT as f32));
+        let rounded: f64 = linear.iter().map(|&weight| f64::from(weight)).sum();
+        assert_eq!(channels.weight_sum[r], rounded.into());
+    }
+    let attenuation = &spectra.attenuation[channels.first_attenuation as usize..];
+    assert_eq!([attenuation[0], attenuation[16 + 8], attenuation[32 + 15]], [8.5, 0.25, 8.0]);
+    assert_eq!(channels.least_attenuation[..3], [0.5, 0.25, 0.0], "by label");
+    assert_eq!(channels.least_attenuation[8..10], [8.0, 0.0], "before the volume");
 }

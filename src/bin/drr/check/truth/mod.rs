@@ -57,7 +57,7 @@ impl Truth {
         Self {
             densities: (0..MAX_MATERIALS).map(density).collect(),
             bone: bone.map(|bone| Field::of(volume, |voxel| f64::from(u8::from(voxel.label == bone)))),
-            weights: scene.spectrum.weights().to_vec(),
+            weights: scene.detected(0).expect("a valid scene").weights().to_vec(),
             coefficients: (0..materials).map(|m| scene.materials.coefficients(m).to_vec()).collect(),
         }
     }

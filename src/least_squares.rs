@@ -2,27 +2,27 @@
 
 /// A matrix by columns.
 #[derive(Debug, Clone)]
-pub(super) struct Columns {
+pub(crate) struct Columns {
     rows: usize,
     values: Vec<f64>,
 }
 
 impl Columns {
     /// Columns of `rows` numbers each, one after another.
-    pub(super) fn new(rows: usize, values: Vec<f64>) -> Self {
+    pub(crate) fn new(rows: usize, values: Vec<f64>) -> Self {
         Self { rows, values }
     }
 
-    pub(super) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.values.len() / self.rows
     }
 
-    pub(super) fn column(&self, index: usize) -> &[f64] {
+    pub(crate) fn column(&self, index: usize) -> &[f64] {
         &self.values[index * self.rows..(index + 1) * self.rows]
     }
 
     /// `target − Σ_i x_i · column[support_i]`.
-    pub(super) fn residual(&self, support: &[usize], x: &[f64], target: &[f64]) -> Vec<f64> {
+    pub(crate) fn residual(&self, support: &[usize], x: &[f64], target: &[f64]) -> Vec<f64> {
         let mut residual = target.to_vec();
         for (&index, &factor) in support.iter().zip(x) {
             subtract(&mut residual, factor, self.column(index));
@@ -31,7 +31,7 @@ impl Columns {
     }
 
     /// Some of the columns, each row multiplied by a factor.
-    pub(super) fn weighted(&self, support: &[usize], factors: &[f64]) -> Self {
+    pub(crate) fn weighted(&self, support: &[usize], factors: &[f64]) -> Self {
         let column = |&k: &usize| self.column(k).iter().zip(factors).map(|(value, factor)| value * factor);
         Self::new(self.rows, support.iter().flat_map(column).collect())
     }
@@ -39,7 +39,7 @@ impl Columns {
     /// The same least-squares problems on fewer rows: the columns, and the target as the last of them, in the basis of
     /// those columns that orthogonalisation with pivoting takes first. What no longer fits is shorter than `shortest`
     /// in every column. Sums of exponentials need some 15 rows for nine digits.
-    pub(super) fn compressed(&self, target: &[f64], shortest: f64) -> (Self, Vec<f64>) {
+    pub(crate) fn compressed(&self, target: &[f64], shortest: f64) -> (Self, Vec<f64>) {
         let (mut left, count) = (self.values.clone(), self.count());
         left.extend(target);
         let mut rows: Vec<Vec<f64>> = Vec::new();
@@ -63,7 +63,7 @@ impl Columns {
 
     /// The `x` that minimises `|residual|`, by modified Gram–Schmidt with the target as last column, which is as stable as
     /// Householder's method (Björck, BIT 7, 1, 1967). A column that depends on those before it gets 0.
-    pub(super) fn solve(&self, support: &[usize], target: &[f64]) -> Vec<f64> {
+    pub(crate) fn solve(&self, support: &[usize], target: &[f64]) -> Vec<f64> {
         let count = support.len();
         let mut columns: Vec<Vec<f64>> = support.iter().map(|&index| self.column(index).to_vec()).collect();
         columns.push(target.to_vec());
@@ -96,7 +96,7 @@ impl Columns {
     /// One step of Lawson and Hanson's non-negative least squares (Solving Least Squares Problems, 1974, ch. 23): the
     /// column along which the residual falls fastest joins the support `(columns, x > 0)`, and those that would turn
     /// negative leave it. Whether there was such a column.
-    pub(super) fn grow(&self, support: &mut (Vec<usize>, Vec<f64>), target: &[f64]) -> bool {
+    pub(crate) fn grow(&self, support: &mut (Vec<usize>, Vec<f64>), target: &[f64]) -> bool {
         let residual = self.residual(&support.0, &support.1, target);
         let slopes = (0..self.count()).map(|k| {
             let column = self.column(k);
@@ -145,7 +145,7 @@ fn subtract(from: &mut [f64], factor: f64, values: &[f64]) {
 }
 
 /// Four sums side by side, for the compiler to make vectors of.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
     let mut sums = [0.0; 4];
     for (a, b) in a.iter().zip(b) {

@@ -2,6 +2,8 @@
 #![cfg(feature = "command")]
 #![allow(missing_docs, reason = "a test program")]
 
+mod effects;
+#[path = "../support/mod.rs"]
 mod support;
 
 use std::path::Path;

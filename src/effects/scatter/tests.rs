@@ -1,0 +1,4 @@
+mod pencil;
+mod superposed;
+mod truth;
+mod whole;
