@@ -133,7 +133,7 @@ static void filtered_between_at_one_energy(Given *g) {
 static const Row effect_field_rows[] = {
     EFFICIENCY_ROWS(counting, detector_efficiency, efficiency),
     SETTING_ROW("detector_efficiency", "alone", efficiency_alone, "not NULL;", "NULL, because scene.detector_response is"),
-    SETTING_ROW("detector_efficiency", "NULL", noisy_with_a_mean_response, "NULL;", "because quantum noise depends on"),
+    SETTING_ROW("detector_efficiency", "NULL", noisy_with_a_mean_response, "NULL;", "because noise depends on"),
     TABLE_ROWS(two_layers, second_detector_response, second_response, 7, "[7]", ENERGIES - 1, "[135]", WEIGHT_RANGE),
     {EACH, "scene.second_detector_response", "zero", second_layer_blind, NOTHING, INVALID,
      "scene.second_detector_response × spectrum's sum is 0;", "finite, above 0"},
@@ -141,7 +141,7 @@ static const Row effect_field_rows[] = {
     SETTING_ROW("second_detector_efficiency", "alone", second_efficiency_alone, "not NULL;",
                 "NULL, because scene.second_detector_response is"),
     SETTING_ROW("second_detector_efficiency", "NULL", noisy_with_a_second_mean_response, "NULL;",
-                "because quantum noise depends on"),
+                "because noise depends on"),
 
     PART_POINTER_ROW(filtered, "filters", scene.filters, filters, "8 bytes"),
     PART_COUNT_ROWS(filtered, "filter_count", scene.filter_count, "1 … 64", 65),

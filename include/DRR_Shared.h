@@ -537,7 +537,7 @@ typedef struct DrrScene {
     /// Probability that the detector detects a photon of each energy at all: energy_count values, 0 to 1, above 0 where
     /// detector_response is. A photon that is detected adds detector_response / detector_efficiency to the signal; both
     /// the same is a detector that counts photons. Must be NULL when detector_response is: each photon counts. Default
-    /// NULL: not known, which DRR_EFFECT_QUANTUM_NOISE refuses beside a detector_response.
+    /// NULL: not known, which noise refuses beside a detector_response.
     const float *detector_efficiency;
     /// As detector_response, of a second layer of the detector: there are two images then, of one march. Not read without
     /// DRR_EFFECT_POLYENERGETIC. Default NULL: one layer.
@@ -561,7 +561,8 @@ typedef struct DrrScene {
     /// mtf_count frequencies, line pairs per mm, at least 0, ascending. Must be NULL when blur is not. Default NULL:
     /// none.
     const double *mtf_frequencies_per_mm;
-    /// Its value at each of the mtf_frequencies_per_mm, 0 to 1; 1 at frequency 0, with or without a point there. Not read
+    /// Its value at each of the mtf_frequencies_per_mm, 0 to 1; 1 at frequency 0, with or without a point there. Gaussians stand
+    /// for it, which must follow it to 0.05. Not read
     /// when they are NULL. Default NULL.
     const double *mtf;
     /// Number of mtf_frequencies_per_mm, 2 to 256. Not read when they are NULL. Default 0.
@@ -569,13 +570,15 @@ typedef struct DrrScene {
     /// Angle between the anode's surface and the detector's normal, degrees, above 0 to 45. Only read with
     /// DRR_EFFECT_HEEL, as all heel_ fields. Default 12.
     double heel_target_angle_degrees;
-    /// How deep in the anode photons are made, mm along the electrons' way, above 0 to 1. Default 0.005.
+    /// How deep in the anode photons are made, mm along the electrons' way, above 0 to 1. The spectrum holds behind the anode's
+    /// own filtration on the detector's normal, and may grow at most twofold towards the cathode. Default 0.005.
     double heel_depth_mm;
     /// Where the cathode is, in the detector's plane, degrees, -360 to 360: 0 where i grows, 90 across on the side where
     /// j grows. Default 0.
     double heel_cathode_degrees;
-    /// The focal spot's side along the detector's rows, where i grows, mm, 0 to 10; one side must be above 0. Only read
-    /// with DRR_EFFECT_FOCAL_SPOT. Default 0.
+    /// The focal spot's side along the detector's rows, where i grows, mm, 0 to 10; one side must be above 0. Rays are cast
+    /// from points half a pixel apart on the detector, whose areal densities a call holds all at once. Only read with
+    /// DRR_EFFECT_FOCAL_SPOT. Default 0.
     double focal_spot_width_mm;
     /// Its side along the detector's columns, where j grows, mm, 0 to 10. Only read with DRR_EFFECT_FOCAL_SPOT. Default
     /// 0.
@@ -593,7 +596,8 @@ typedef struct DrrScene {
     /// Other seeds give other noise; the same one gives the same. Only read with DRR_EFFECT_QUANTUM_NOISE or
     /// DRR_EFFECT_ELECTRONIC_NOISE. Default 0.
     uint64_t noise_seed;
-    /// Photons followed through each of the slabs of water of which the scatter is estimated, 1000 to 10000000: a second
+    /// Photons followed through each of the slabs of water of which the scatter is estimated, 1000 to 10000000, down to 15 keV;
+    /// below the first energy the detector's response is that of the first: a second
     /// for the default of 40000, once per spectrum, detector and distances of a context. Only read with
     /// DRR_EFFECT_SCATTER.
     uint64_t scatter_photons;

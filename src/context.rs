@@ -74,7 +74,7 @@ impl Context {
         self.device.driver()
     }
 
-    /// A 3D texture of int16 HU that a pipeline of the caller's has on the GPU, for [`Volume::from_texture`]; it is kept
+    /// A 3D texture of int16 HU that a pipeline of the caller's has on the GPU, for [`Volume::from_texture`](crate::volume::Volume::from_texture); it is kept
     /// alive. Its texels are read when views are projected, and must not be written meanwhile.
     ///
     /// # Errors

@@ -205,7 +205,7 @@ impl Projector {
         progress: Report<'_>,
         caster: &(impl RayCaster<T> + ?Sized),
     ) -> Result<(Images<T>, StageTimes)> {
-        self.check_layers(layers)?;
+        self.scene.check_layers(layers)?;
         let (materials, times) = (self.scene.materials.names().len(), StageTimes::default());
         let (size, detector_layers) = (self.scene.detector, self.scene.layers());
         let mut all = Images::of_layers(size, views.len(), materials, detector_layers, layers)?;
@@ -318,19 +318,8 @@ impl Projector {
         Err(Error::invalid("lut_addresses", value, format!("[0, 0] on the engine {}", backend.name())))
     }
 
-    fn check_layers(&self, layers: Layers) -> Result<()> {
-        if layers.bone_path && self.scene.bone.is_none() {
-            return Err(Error::invalid(
-                "bone_path",
-                "asked for",
-                "only when the scene says which material is bone",
-            ));
-        }
-        Ok(())
-    }
-
     fn jobs(&self, views: &[ViewRequest], layers: Layers) -> Result<Vec<ViewJob>> {
-        self.check_layers(layers)?;
+        self.scene.check_layers(layers)?;
         let materials = self.scene.materials.names().len();
         let job = |request: &ViewRequest| {
             let spectral = request.spectral.clone();

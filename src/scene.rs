@@ -1,6 +1,7 @@
 //! What is to be simulated. Data only: a scene knows no engine.
 
 use crate::effects::Effects;
+use crate::engine::Layers;
 use crate::error::{Error, Result};
 use crate::geometry::View;
 use crate::method::{Algorithm, Method};
@@ -133,6 +134,16 @@ impl Scene {
     /// Whether images need more than one signal per ray.
     pub(crate) fn has_effects(&self) -> bool {
         self.detector_layers.len() > 1 || self.effects != Effects::default()
+    }
+
+    /// # Errors
+    /// `InvalidArgument` for a layer of images that the scene does not have.
+    pub(crate) fn check_layers(&self, layers: Layers) -> Result<()> {
+        if layers.bone_path && self.bone.is_none() {
+            let valid = "only when the scene says which material is bone";
+            return Err(Error::invalid("bone_path", "asked for", valid));
+        }
+        Ok(())
     }
 
     /// Number of the detector's layers, at least 1.

@@ -6,6 +6,9 @@ use crate::capi::scene::DrrScene;
 use crate::effects::{DetectorBlur, MAX_BLUR_COMPONENTS};
 use crate::error::{Error, Result};
 
+/// Largest difference of a measured MTF from the Gaussians that stand for it.
+const MOST_OFF: f64 = 0.05;
+
 /// Most points of a measured curve.
 const MAX_POINTS: usize = 256;
 
@@ -58,7 +61,12 @@ impl DrrScene {
                 memory::read_array("scene.mtf", self.mtf, self.mtf_count)?,
             )
         };
-        DetectorBlur::curve(frequencies, mtf).map(|(blur, _)| blur).map_err(names::in_c)
+        let (blur, off) = DetectorBlur::curve(frequencies, mtf).map_err(names::in_c)?;
+        if off > MOST_OFF {
+            let valid = format!("a curve that Gaussians follow to {MOST_OFF}; or Gaussians, as blur");
+            return Err(Error::invalid("scene.mtf's distance from Gaussians", off, valid));
+        }
+        Ok(blur)
     }
 }
 

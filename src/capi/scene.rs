@@ -96,7 +96,7 @@ pub struct DrrScene {
     /// Probability that the detector detects a photon of each energy at all: energy_count values, 0 to 1, above 0 where
     /// detector_response is. A photon that is detected adds detector_response / detector_efficiency to the signal; both
     /// the same is a detector that counts photons. Must be NULL when detector_response is: each photon counts. Default
-    /// NULL: not known, which DRR_EFFECT_QUANTUM_NOISE refuses beside a detector_response.
+    /// NULL: not known, which noise refuses beside a detector_response.
     pub detector_efficiency: *const f32,
     /// As detector_response, of a second layer of the detector: there are two images then, of one march. Not read without
     /// DRR_EFFECT_POLYENERGETIC. Default NULL: one layer.
@@ -120,7 +120,8 @@ pub struct DrrScene {
     /// mtf_count frequencies, line pairs per mm, at least 0, ascending. Must be NULL when blur is not. Default NULL:
     /// none.
     pub mtf_frequencies_per_mm: *const f64,
-    /// Its value at each of the mtf_frequencies_per_mm, 0 to 1; 1 at frequency 0, with or without a point there. Not read
+    /// Its value at each of the mtf_frequencies_per_mm, 0 to 1; 1 at frequency 0, with or without a point there. Gaussians stand
+    /// for it, which must follow it to 0.05. Not read
     /// when they are NULL. Default NULL.
     pub mtf: *const f64,
     /// Number of mtf_frequencies_per_mm, 2 to 256. Not read when they are NULL. Default 0.
@@ -128,13 +129,15 @@ pub struct DrrScene {
     /// Angle between the anode's surface and the detector's normal, degrees, above 0 to 45. Only read with
     /// DRR_EFFECT_HEEL, as all heel_ fields. Default 12.
     pub heel_target_angle_degrees: f64,
-    /// How deep in the anode photons are made, mm along the electrons' way, above 0 to 1. Default 0.005.
+    /// How deep in the anode photons are made, mm along the electrons' way, above 0 to 1. The spectrum holds behind the anode's
+    /// own filtration on the detector's normal, and may grow at most twofold towards the cathode. Default 0.005.
     pub heel_depth_mm: f64,
     /// Where the cathode is, in the detector's plane, degrees, -360 to 360: 0 where i grows, 90 across on the side where
     /// j grows. Default 0.
     pub heel_cathode_degrees: f64,
-    /// The focal spot's side along the detector's rows, where i grows, mm, 0 to 10; one side must be above 0. Only read
-    /// with DRR_EFFECT_FOCAL_SPOT. Default 0.
+    /// The focal spot's side along the detector's rows, where i grows, mm, 0 to 10; one side must be above 0. Rays are cast
+    /// from points half a pixel apart on the detector, whose areal densities a call holds all at once. Only read with
+    /// DRR_EFFECT_FOCAL_SPOT. Default 0.
     pub focal_spot_width_mm: f64,
     /// Its side along the detector's columns, where j grows, mm, 0 to 10. Only read with DRR_EFFECT_FOCAL_SPOT. Default
     /// 0.
@@ -152,7 +155,8 @@ pub struct DrrScene {
     /// Other seeds give other noise; the same one gives the same. Only read with DRR_EFFECT_QUANTUM_NOISE or
     /// DRR_EFFECT_ELECTRONIC_NOISE. Default 0.
     pub noise_seed: u64,
-    /// Photons followed through each of the slabs of water of which the scatter is estimated, 1000 to 10000000: a second
+    /// Photons followed through each of the slabs of water of which the scatter is estimated, 1000 to 10000000, down to 15 keV;
+    /// below the first energy the detector's response is that of the first: a second
     /// for the default of 40000, once per spectrum, detector and distances of a context. Only read with
     /// DRR_EFFECT_SCATTER.
     pub scatter_photons: u64,

@@ -1,7 +1,7 @@
 //! A scene's tables by energy: spectrum, detector, materials.
 
 use crate::allocation::collected;
-use crate::capi::effects::DRR_EFFECT_QUANTUM_NOISE;
+use crate::capi::effects::{DRR_EFFECT_ELECTRONIC_NOISE, DRR_EFFECT_QUANTUM_NOISE};
 use crate::capi::memory;
 use crate::capi::scene::DrrScene;
 use crate::error::{Error, Result};
@@ -141,9 +141,9 @@ impl DrrScene {
                 .map_err(called)?;
         if let Some(efficiency) = efficiency {
             response = response.with_efficiency(widened(efficiency)?).map_err(called)?;
-        } else if self.has(DRR_EFFECT_QUANTUM_NOISE) {
+        } else if self.has(DRR_EFFECT_QUANTUM_NOISE | DRR_EFFECT_ELECTRONIC_NOISE) {
             let valid = format!(
-                "the probability that a photon is detected, because quantum noise depends on how many are; equal to {} \
+                "the probability that a photon is detected, because noise depends on how many are; equal to {} \
                  for a detector that counts photons",
                 names[0]
             );

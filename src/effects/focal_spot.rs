@@ -80,7 +80,7 @@ impl FocalSpot {
         Ok([Taps::boxcar(blur[0] / pitch_mm[0])?, Taps::boxcar(blur[1] / pitch_mm[1])?])
     }
 
-    /// Numbers of sub-sources along width and height whose shadows are at most half a sample apart, for penumbrae of at most
+    /// Numbers of sub-sources along width and height, two at least, whose shadows are at most half a sample apart, for penumbrae of at most
     /// `blur_px` samples of the detector along columns and rows: those of the object that is nearest to the source.
     ///
     /// # Errors
@@ -97,7 +97,8 @@ impl FocalSpot {
                 );
                 return Err(Error::invalid(NAMES[axis], side, valid));
             }
-            Ok(((blur / SHADOW_SPACING).ceil() as usize).max(1))
+            // Two already have three quarters of the spot's variance; one has none.
+            Ok(if blur == 0.0 { 1 } else { ((blur / SHADOW_SPACING).ceil() as usize).max(2) })
         };
         Ok([count(0)?, count(1)?])
     }
@@ -165,7 +166,7 @@ mod tests {
 
     #[test]
     fn shadows_are_half_a_sample_apart_or_it_is_refused() {
-        assert_eq!(SPOT.counts([0.0, 0.5]), Ok([1, 1]));
+        assert_eq!(SPOT.counts([0.0, 0.5]), Ok([1, 2]));
         assert_eq!(SPOT.counts([0.51, 16.0]), Ok([2, 32]));
         assert_eq!(SPOT.counts([3.2, 1.0]), Ok([7, 2]));
         let message = SPOT.counts([1.0, 20.8]).expect_err("too many").to_string();

@@ -66,6 +66,11 @@ pub struct Effects {
 }
 
 impl Effects {
+    /// Whether every pixel sees the same source.
+    pub(crate) fn is_even_source(&self) -> bool {
+        !self.fall_off && self.heel.is_none() && self.filters.is_empty()
+    }
+
     /// Checks every range, and that the parts fit the scene.
     pub(crate) fn validate(&self, scene: &Scene) -> Result<()> {
         for (name, count) in [("filters", self.filters.len()), ("implants", self.implants.len())] {
@@ -97,7 +102,7 @@ impl Effects {
         self.fill_factor.map_or(Ok(()), FillFactor::validate)?;
         let Some(noise) = &self.noise else { return Ok(()) };
         noise.validate()?;
-        for (layer, response) in scene.detector_layers.iter().enumerate().filter(|_| noise.quantum) {
+        for (layer, response) in scene.detector_layers.iter().enumerate() {
             crate::exposure::known_efficiency(response, layer)?;
         }
         Ok(())

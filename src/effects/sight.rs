@@ -16,6 +16,9 @@ pub(crate) struct Sight {
 }
 
 impl Sight {
+    /// Along the detector's normal.
+    pub(crate) const NORMAL: Self = Self { column: 0.0, row: 0.0, normal: 1.0 };
+
     /// That of a direction of any length.
     pub(super) fn along(direction: DVec3) -> Self {
         let DVec3 { x: column, y: row, z: normal } = direction.normalize();
@@ -95,6 +98,11 @@ impl Sights {
     /// As `at`, of another length: in a plane parallel to the detector.
     pub(super) fn towards(&self, column: f64, row: f64) -> DVec3 {
         self.first + column * self.column + row * self.row
+    }
+
+    /// The (column, row) of the foot of the perpendicular from the source.
+    pub(crate) fn foot(&self) -> [f64; 2] {
+        self.pixel(DVec3::Z)
     }
 
     /// The (column, row) towards which a direction points; not finite where it points to no pixel.

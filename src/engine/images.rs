@@ -10,7 +10,8 @@ use crate::physics::MAX_MATERIALS;
 pub struct Layers {
     /// Detector signal, in the units of the spectrum's weights; a ray that meets nothing gives I0 exactly.
     pub intensity: bool,
-    /// p = −ln(I/I0), dimensionless, finite as long as the areal densities are.
+    /// p = −ln(I/I0), dimensionless, with I0 the open field of the same pixel. Finite as long as the areal densities are; with
+    /// effects infinite where noise leaves no signal or the intensity underflows in float64.
     pub line_integral: bool,
     /// ∫ρ dl of every material of the scene, g/cm².
     pub areal_density: bool,

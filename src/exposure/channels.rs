@@ -167,6 +167,19 @@ fn moments(scene: &Scene, layer: usize, noisy: bool) -> Result<[Vec<f64>; MOMENT
     Ok([efficiency.to_vec(), mean.to_vec(), moment(2), moment(3)])
 }
 
+/// The mean signal of a photon that a layer detects of the open field.
+///
+/// # Errors
+/// `InvalidArgument` where only a layer's mean signal is known.
+pub(crate) fn mean_gain(scene: &Scene, layer: usize) -> Result<f64> {
+    let Some(response) = scene.detector_layers.get(layer) else { return Ok(1.0) };
+    let efficiency = known_efficiency(response, layer)?;
+    let sum = |factors: &[f64]| -> f64 {
+        scene.spectrum.weights().iter().zip(factors).map(|(weight, factor)| weight * factor).sum()
+    };
+    Ok(sum(response.factors()) / sum(efficiency))
+}
+
 /// # Errors
 /// `InvalidArgument` where only a layer's mean signal is known.
 pub(crate) fn known_efficiency(response: &DetectorResponse, layer: usize) -> Result<&[f64]> {
@@ -174,8 +187,8 @@ pub(crate) fn known_efficiency(response: &DetectorResponse, layer: usize) -> Res
         crate::error::Error::invalid(
             format!("scene.detector_layers[{layer}]"),
             format!("\"{}\", without its detection efficiency", response.name()),
-            "a response with one, because quantum noise depends on how many photons are detected; equal to the response \
-             for a detector that counts photons",
+            "a response with one, because noise depends on how many photons are detected; equal to the response for a \
+             detector that counts photons",
         )
     })
 }

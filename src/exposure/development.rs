@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use crate::effects::{FillFactor, FocalSpot, Noise, Plane, ScatterKernels, convolved};
+use crate::effects::{FillFactor, FocalSpot, Noise, Plane, ScatterKernels, Sights, convolved};
 use crate::engine::{Images, Layers};
 use crate::error::Result;
-use crate::exposure::channels::Channels;
+use crate::exposure::channels::{Channels, mean_gain};
 use crate::exposure::passed::signals_of;
 use crate::exposure::signals::{Signals, signals};
 use crate::exposure::sums::Sums;
@@ -71,7 +71,7 @@ impl<'a> Development<'a> {
             Some(passed) => signals_of(shot, passed, &sums),
             None => signals(shot, &sums.source, &sums.channels, sums.open),
         })?;
-        let channels = sums.channels;
+        let channels = &sums.channels;
         if let Some(spot) = effects.focal_spot.filter(|_| exposure.focus == Focus::Convolved) {
             self.times.of("focal spot", || convolve(spot, shot, &mut rays))?;
         }
@@ -79,7 +79,12 @@ impl<'a> Development<'a> {
             let beamline = shot.beamline("scene.effects.scatter")?;
             let kernels = self.times.of("scatter kernels", || {
                 let cache = exposure.context.scatter();
-                cache.get_or_make(scatter, &self.scene.spectrum, channels.responses(), beamline)
+                cache.get_or_make(
+                    scatter,
+                    &sums.source.filtered(&self.scene.spectrum)?,
+                    channels.responses(),
+                    beamline,
+                )
             })?;
             self.times.of("scatter", || add_scatter(&kernels, shot, &mut rays))?;
         }
@@ -93,7 +98,7 @@ impl<'a> Development<'a> {
             self.times.of("pixels", || rays.change(|plane| fill.collected(plane, n)))?;
         }
         for layer in 0..self.scene.layers() {
-            self.read_out(&channels, &rays, fill, [place, view, layer], images)?;
+            self.read_out(channels, &rays, fill, [place, view, layer], images)?;
         }
         Ok(())
     }
@@ -116,7 +121,7 @@ impl<'a> Development<'a> {
                 // Intensities are in units of the spectrum.
                 let photons_per_pixel = noise.photons_per_pixel / self.scene.spectrum.total();
                 let noise = Noise { photons_per_pixel, ..*noise };
-                let gain = totals[rows[1]] / totals[rows[0]];
+                let gain = mean_gain(self.scene, layer)?;
                 noise.applied(rows.map(|row| &pixels.planes[row]), gain, view, layer)
             })?),
         };
@@ -156,8 +161,9 @@ fn convolve<T: Sample>(spot: FocalSpot, shot: &Shot<T>, rays: &mut Signals) -> R
 
 fn add_scatter<T: Sample>(kernels: &ScatterKernels, shot: &Shot<T>, rays: &mut Signals) -> Result<()> {
     let (areal_density, pitch) = (shot.total_areal_density()?, shot.pitch("scene.effects.scatter")?);
+    let foot = Sights::new(&shot.view, shot.size()).foot();
     for (row, plane) in rays.planes.iter_mut().enumerate() {
-        let scattered = kernels.scattered(row, plane, &areal_density, pitch)?;
+        let scattered = kernels.scattered(row, plane, &areal_density, pitch, foot)?;
         plane.add(&scattered);
     }
     Ok(())

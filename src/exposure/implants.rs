@@ -27,11 +27,12 @@ pub(super) fn put<T: Sample>(
     beam: &Beam,
     reference: &Reference,
     grid: &Grid,
+    bone: Option<u8>,
     view: usize,
     images: &mut Images<T>,
 ) {
     let [width, height] = images.size;
-    let bone = !images.bone_path.is_empty();
+    let bone = bone.filter(|_| !images.bone_path.is_empty());
     let changes: Vec<Change> = (0..height)
         .into_par_iter()
         .flat_map_iter(|row| {
@@ -49,14 +50,20 @@ pub(super) fn put<T: Sample>(
             let place = &mut images.areal_density[(view * images.materials + m) * plane + change.ray];
             *place = T::of(((*place).into() + change.areal_density[m]).max(0.0));
         }
-        if bone {
+        if bone.is_some() {
             let place = &mut images.bone_path[view * plane + change.ray];
             *place = T::of(((*place).into() + change.bone_path).max(0.0));
         }
     }
 }
 
-fn change(implants: &[Implant], ray: &Ray, reference: &Reference, grid: &Grid, bone: bool) -> Option<Change> {
+fn change(
+    implants: &[Implant],
+    ray: &Ray,
+    reference: &Reference,
+    grid: &Grid,
+    bone: Option<u8>,
+) -> Option<Change> {
     let world = |s: f64| grid.index_to_world().transform_point3(DVec3::from_array(ray.point(s)));
     let (origin, next) = (world(ray.centre), world(ray.centre + 1.0));
     let limits = ray.limits.map(|s| s - ray.centre);
@@ -75,7 +82,10 @@ fn change(implants: &[Implant], ray: &Ray, reference: &Reference, grid: &Grid, b
         let Some(span) = inside.clip(grid.dimensions()) else { continue };
         let replaced = reference.areal_density(&inside, span);
         change.areal_density.iter_mut().zip(replaced).for_each(|(sum, gone)| *sum -= gone);
-        if bone {
+        if bone == Some(implant.material) {
+            change.bone_path += length;
+        }
+        if bone.is_some() {
             change.bone_path -= reference.bone_path(&inside, span);
         }
     }

@@ -130,7 +130,8 @@ impl March<'_> {
         }
         let reference = Reference::new(self.volume.clone(), self.scene, self.algorithm)?;
         for (point, beam) in beams.iter().enumerate() {
-            self.context.install(|| implants::put(with, beam, &reference, grid, point, images));
+            self.context
+                .install(|| implants::put(with, beam, &reference, grid, self.scene.bone, point, images));
         }
         Ok(())
     }

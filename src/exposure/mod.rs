@@ -61,7 +61,7 @@ impl Sample for f64 {
 pub enum Focus {
     /// As a point: there is none, or it cannot be seen.
     Point,
-    /// From points all over it, close enough that neighbours are at most half a ray apart on the detector.
+    /// From points all over it, close enough that neighbours are at most half a pixel apart on the detector.
     Points,
     /// By one convolution, right at the depth of the volume's centre.
     Convolved,
@@ -93,6 +93,7 @@ impl<T: Sample> Exposure<T> {
     pub fn develop(&self, scene: &Scene, layers: Layers) -> Result<(Images<T>, StageTimes)> {
         scene.validate()?;
         self.check_rays(scene)?;
+        scene.check_layers(layers)?;
         self.develop_from(scene, layers, 0)
     }
 

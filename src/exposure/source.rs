@@ -8,7 +8,7 @@ use crate::error::{Error, Result};
 use crate::exposure::channels::{Before, Channels};
 use crate::exposure::rows::rows_of;
 use crate::geometry::View;
-use crate::physics::Material;
+use crate::physics::{Material, Spectrum};
 use crate::scene::Scene;
 
 /// A view's source: a factor for all energies, and areal densities of what lies between it and the volume.
@@ -30,6 +30,32 @@ struct Anode {
     central: f64,
 }
 
+/// How many times the photons on the central ray there may be where the way through the anode is shortest.
+const MOST_GROWTH: f64 = 2.0;
+
+impl Anode {
+    /// g/cm² that the tube's spectrum passed on the central ray more than it does anywhere on the detector.
+    fn passed(&self) -> f64 {
+        CM * self.density * (self.central - self.least)
+    }
+
+    /// A spectrum that was not filtered as much as the anode would have filtered it cannot be told what was filtered out.
+    fn check_growth(&self, scene: &Scene, heel: &Heel) -> Result<()> {
+        let photons = scene.spectrum.weights().iter().zip(&self.coefficients);
+        let grown: f64 = photons.map(|(weight, mu)| weight * (mu * self.passed()).exp()).sum();
+        let growth = grown / scene.spectrum.total();
+        if growth <= MOST_GROWTH {
+            return Ok(());
+        }
+        let value = format!("{} at a target angle of {} degrees", heel.depth_mm, heel.target_angle_degrees);
+        let valid = format!(
+            "a depth and an angle by which the tube's spectrum grows at most {MOST_GROWTH} times towards the cathode, not \
+             {growth:.1e}: it holds on the central ray, behind the anode's own filtration there"
+        );
+        Err(Error::invalid("scene.effects.heel.depth_mm", value, valid))
+    }
+}
+
 /// mm to cm: densities are per cm³.
 const CM: f64 = 0.1;
 
@@ -47,12 +73,14 @@ impl<'a> Source<'a> {
                     let value = format!("{} degrees", heel.target_angle_degrees);
                     return Err(Error::invalid("scene.effects.heel.target_angle_degrees", value, valid));
                 }
-                Some(Anode {
+                let anode = Anode {
                     coefficients: table.coefficients(0).to_vec(),
                     density: Material::named("tungsten")?.reference_density(),
                     least,
                     central: heel.central_path_mm(),
-                })
+                };
+                anode.check_growth(scene, heel)?;
+                Some(anode)
             }
         };
         Ok(Self { effects: &scene.effects, sights, anode })
@@ -60,7 +88,7 @@ impl<'a> Source<'a> {
 
     /// Whether every pixel sees the same.
     pub(crate) fn is_even(&self) -> bool {
-        !self.effects.fall_off && self.anode.is_none() && self.effects.filters.is_empty()
+        self.effects.is_even_source()
     }
 
     /// Sums over energies of this source.
@@ -111,6 +139,19 @@ impl<'a> Source<'a> {
         before.iter_mut().zip(anode.chain(filters)).for_each(|(place, areal)| *place = areal);
     }
 
+    /// The spectrum behind the filters, on the detector's normal: what scatters in the volume.
+    pub(crate) fn filtered(&self, spectrum: &Spectrum) -> Result<Spectrum> {
+        if self.effects.filters.is_empty() {
+            return Ok(spectrum.clone());
+        }
+        let depth = |k: usize| -> f64 {
+            let filters = self.effects.filters.iter();
+            filters.map(|filter| filter.coefficients[k] * filter.areal_density(&Sight::NORMAL)).sum()
+        };
+        let weights = spectrum.weights().iter().enumerate().map(|(k, weight)| weight * (-depth(k)).exp());
+        Spectrum::new(spectrum.name(), *spectrum.grid(), weights.collect())
+    }
+
     /// The largest |ln| of what the source's effects multiply any energy with weight by, towards a ray.
     pub(crate) fn largest_logarithm(&self, scene: &Scene, column: f64, row: f64) -> f64 {
         let before = self.before();
@@ -126,10 +167,10 @@ impl<'a> Source<'a> {
 
     /// What lies before the volume.
     fn before(&self) -> Vec<Before<'_>> {
-        let anode = self.anode.iter().map(|anode| Before {
-            coefficients: &anode.coefficients,
-            passed: CM * anode.density * (anode.central - anode.least),
-        });
+        let anode = self
+            .anode
+            .iter()
+            .map(|anode| Before { coefficients: &anode.coefficients, passed: anode.passed() });
         let filters = self
             .effects
             .filters

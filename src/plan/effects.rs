@@ -1,6 +1,6 @@
 //! The stages that effects call for.
 
-use crate::effects::Profile;
+use crate::effects::{Profile, Sights};
 use crate::exposure::Focus;
 use crate::geometry::View;
 use crate::physics::DetectorResponse;
@@ -14,7 +14,7 @@ pub(super) const NAMES: [&str; 7] =
 /// In the order in which they run.
 pub(super) fn stages(plan: &Plan, scene: &Scene) -> Vec<Stage> {
     let stages = [
-        source(plan),
+        source(plan, scene),
         implants(plan),
         focal_spot(plan),
         scatter(plan),
@@ -40,7 +40,7 @@ fn stage(name: &'static str, what: String, cost: String, error: &str) -> Stage {
 }
 
 /// What lies before the volume, as part of the sum over energies.
-fn source(plan: &Plan) -> Option<Stage> {
+fn source(plan: &Plan, scene: &Scene) -> Option<Stage> {
     let effects = &plan.effects;
     let mut parts = Vec::new();
     if effects.fall_off {
@@ -65,7 +65,23 @@ fn source(plan: &Plan) -> Option<Stage> {
             "{} factor(s) or path(s) in closed form per ray, part of the sum over energies",
             parts.len()
         );
-        stage("source", parts.join("; "), cost, "float64 rounding")
+        let error = if hides_pixels(plan, scene) {
+            "float64 rounding; some pixels are below the anode's horizon: intensity 0 and p infinite there"
+        } else {
+            "float64 rounding"
+        };
+        stage("source", parts.join("; "), cost, error)
+    })
+}
+
+/// Whether the anode hides a corner of the detector in an expected view.
+fn hides_pixels(plan: &Plan, scene: &Scene) -> bool {
+    let Some(heel) = &plan.effects.heel else { return false };
+    let [right, bottom] = scene.detector.map(|side| side as f64 - 1.0);
+    let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
+    scene.expected_views.iter().any(|view| {
+        let sights = Sights::new(view, scene.detector);
+        corners.iter().any(|&(column, row)| heel.path_mm(&sights.at(column, row)) == f64::INFINITY)
     })
 }
 
@@ -101,7 +117,7 @@ fn focal_spot(plan: &Plan) -> Option<Stage> {
                 "focal spot",
                 what,
                 format!("{} ray march(es), whose times are told there", a * b),
-                "of a sum over points whose shadows are at most half a ray apart",
+                "of a sum over points whose shadows are at most half a pixel apart",
             )
         }
     })
@@ -113,7 +129,7 @@ fn scatter(plan: &Plan) -> Option<Stage> {
         "superposition of kernels of water by areal density, made of {} photons per thickness",
         scatter.histories
     );
-    let cost = "at most 60×60 cells, each with every other; before, once per spectrum, detector and distances, the kernels by Monte Carlo";
+    let cost = "at most 48×48 cells, each with every other; before, once per spectrum, detector and distances, the kernels by Monte Carlo";
     Some(stage(
         "scatter",
         what,

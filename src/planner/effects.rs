@@ -55,22 +55,27 @@ pub(super) fn decide(
     let (Some(tolerance), Some(floor)) = (scene.tolerance, floor.filter(|floor| *floor > 0.0)) else {
         return Ok(decision);
     };
-    let allowed_hu = SHARE * tolerance.hu;
+    // What is left out adds up.
+    let used: f64 = decision.left_out.iter().map(|left| left.hu).sum();
+    let mut allowed_hu = (SHARE * tolerance.hu - used).max(0.0);
     if let Some(blur) = &scene.effects.detector_blur
         && let Some(left) = negligible::blur(context, volume, scene, blur, allowed_hu)?
     {
         decision.effects.detector_blur = None;
+        allowed_hu -= left.hu;
         decision.left_out.push(left);
     }
     if let Some(scatter) = scene.effects.scatter
         && let Some(left) = negligible::scatter(context, volume, scene, scatter, allowed_hu)?
     {
         decision.effects.scatter = None;
+        allowed_hu -= left.hu;
         decision.left_out.push(left);
     }
     for part in Part::ALL {
         if let Some(left) = negligible::source(volume, scene, part, floor, allowed_hu)? {
             part.remove(&mut decision.effects);
+            allowed_hu -= left.hu;
             decision.left_out.push(left);
         }
     }

@@ -17,6 +17,9 @@ use crate::scene::Scene;
 use crate::tolerance::Tolerance;
 use crate::volume::Volume;
 
+/// Points along each side that others are judged by, at least.
+const JUDGED_BY: usize = 4;
+
 /// How a focal spot is simulated, and what cheaper ways would be wrong by.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FocusChoice {
@@ -43,9 +46,8 @@ impl FocusChoice {
             hu: error.map_or(0.0, |error| error.rms_high),
             allowed_hu: self.allowed_hu.unwrap_or(0.0),
             what: format!(
-                "penumbrae up to {columns:.2} × {rows:.2} pixels; root mean square against {}×{} points, measured on {} rays",
-                self.points[0],
-                self.points[1],
+                "penumbrae up to {columns:.2} × {rows:.2} pixels; root mean square against {0}×{0} points or more, measured on {1} rays",
+                JUDGED_BY,
                 error.map_or(0, |error| error.rays)
             ),
         }
@@ -78,12 +80,18 @@ pub(super) fn choose(
     let Some(Tolerance { hu, .. }) = scene.tolerance else { return Ok(choice) };
     choice.allowed_hu = Some(SHARE * hu);
     let rays = Rays::new(context, volume, scene)?;
-    let right = rays.seen_from_points(spot, choice.points)?;
+    let right = rays.seen_from_points(
+        spot,
+        choice.points.map(|count| if count > 1 { count.max(JUDGED_BY) } else { 1 }),
+    )?;
     let shadow = |pose: &DetectorPose, pitch: [f64; 2]| {
         let at = beamline(pose, volume.grid());
         Ok(vec![(1.0, spot.taps(at.source_detector_mm, at.source_centre_mm, pitch)?)])
     };
-    for focus in [Focus::Point, Focus::Convolved] {
+    // A convolution would blur what lies before the volume as well.
+    let ways =
+        if scene.effects.is_even_source() { &[Focus::Point, Focus::Convolved][..] } else { &[Focus::Point] };
+    for &focus in ways {
         let own = match focus {
             Focus::Convolved => rays.convolved("focal_spot", shadow)?,
             _ => rays.seen_from_centre()?,

@@ -51,7 +51,7 @@ const SEED: u64 = 1;
 /// The part of a tolerance that the sum over energies may use up.
 const ENERGIES_SHARE: f64 = 0.05;
 
-/// The part of a tolerance that an effect may use up that is simplified or left out.
+/// The part of a tolerance that effects may use up that are simplified or left out.
 const SHARE: f64 = 0.1;
 
 /// The plan of a scene on a context's engine; from the context's cache where the same has been planned before.
@@ -92,6 +92,9 @@ pub(crate) fn plan(context: &Context, volume: &Arc<Volume>, scene: &Scene) -> Re
 
 /// The first candidate, by predicted time, that keeps the tolerance on the sample's rays with the stated confidence.
 fn cheapest(context: &Context, volume: &Arc<Volume>, scene: &Scene, tolerance: Tolerance) -> Result<Plan> {
+    // What effects may use up is not the method's.
+    let share = if scene.has_effects() { 1.0 - SHARE } else { 1.0 };
+    let tolerance = Tolerance { hu: share * tolerance.hu, ..tolerance };
     let judge = Judge::new(context, volume, scene)?;
     let few = Energies::Few { hu: (ENERGIES_SHARE * tolerance.hu).max(FEW_ENERGIES_RANGE[0]) };
     let with = |method: Method| scene.with_method(method);

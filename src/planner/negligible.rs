@@ -67,7 +67,7 @@ pub(super) fn blur(
     let error = rays.hu(&rays.seen_from_centre()?, &rays.convolved("detector_blur", kernels)?);
     let hu = error.map_or(0.0, |error| error.rms_high);
     let what = format!(
-        "σ up to {widest:.3} pixels; root mean square, measured on {} rays",
+        "σ up to {widest:.3} pixels; root mean square in the detector's first layer, measured on {} rays",
         error.map_or(0, |error| error.rays)
     );
     Ok((hu <= allowed_hu).then_some(LeftOut { name: "detector blur", hu, allowed_hu, what }))
@@ -93,7 +93,9 @@ pub(super) fn scatter(
     let only = Layers { line_integral: true, ..Layers::default() };
     let line_integrals = |effects: Effects| -> Result<Vec<f32>> {
         let plain = scene.with_method(Algorithm::Joseph.into());
-        let scene = Scene { effects, bone: None, detector: coarse, supersampling: 1, ..plain };
+        let detector_layers = scene.detector_layers.clone();
+        let scene =
+            Scene { effects, detector_layers, bone: None, detector: coarse, supersampling: 1, ..plain };
         let projector = Projector::new(&context.on_cpu(), volume.clone(), scene)?;
         Ok(projector.project(&views, only, SILENT)?.line_integral)
     };

@@ -69,6 +69,15 @@ fn a_small_spot_is_left_out_with_its_error_and_a_large_one_is_not() {
     );
 }
 
+/// However small its penumbra, a spot that is simulated has an extent.
+#[test]
+fn a_penumbra_of_half_a_pixel_is_seen() {
+    let volume = block();
+    let (point, spread) = (intensity(&volume, Effects::default()), intensity(&volume, spot(2.0, 2.0)));
+    let worst = crate::stand::worst_ratio(&spread, &point);
+    assert!(worst > 1e-4 && worst < 0.05, "{worst}");
+}
+
 /// The chosen way is as good as it says, over every pixel.
 #[test]
 fn a_convolution_keeps_the_tolerance_that_it_was_chosen_for() {

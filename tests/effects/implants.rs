@@ -78,6 +78,21 @@ fn the_last_implant_counts_and_a_hole_is_one_of_air() {
     assert!(seen > 0.0);
 }
 
+/// An implant of bone is bone: its chord counts.
+#[test]
+fn a_ball_of_bone_has_a_bone_path() {
+    let body = volume([40, 30, 36], |_| 0);
+    let centre = DVec3::new(5.0, -3.0, 4.0);
+    let layers = Layers { bone_path: true, ..Layers::default() };
+    let images = projector(&body, with_titanium(vec![ball(centre, 3, 1.92)]))
+        .project(&[view(3.0)], layers, SILENT)
+        .expect("projects");
+    for (pixel, &path) in images.bone_path.iter().enumerate() {
+        let length = chord(pixel, centre, RADIUS);
+        assert!((f64::from(path) - length).abs() < 1e-4, "{pixel}: {path} for {length}");
+    }
+}
+
 #[test]
 fn an_unknown_material_is_refused() {
     let scene = with_titanium(vec![ball(DVec3::ZERO, 5, 4.5)]);

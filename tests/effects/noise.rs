@@ -59,6 +59,20 @@ fn electronic_noise_is_added_to_the_signal() {
     check(&intensity(&nothing(), noisy(only)), 1.0, (15.0 / 400.0_f64).powi(2));
 }
 
+/// In mean signals of one detected photon, whether quantum noise is there or not.
+#[test]
+fn electronic_noise_of_an_integrating_detector_is_in_its_mean_gains() {
+    let response = response("top_energy");
+    let only = Noise { quantum: false, electronic_photons: 15.0, ..QUANTUM };
+    let scene = Scene { detector_layers: vec![response.clone()], ..scene(noisy(only)) };
+    let sum = |factors: &[f64]| -> f64 {
+        scene.spectrum.weights().iter().zip(factors).map(|(weight, factor)| weight * factor).sum()
+    };
+    let (signal, detected) = (sum(response.factors()), sum(response.efficiency().expect("known")));
+    let open: Vec<f64> = image(&nothing(), scene).intensity.into_iter().map(f64::from).collect();
+    check(&open, signal, (15.0 * signal / detected / 400.0).powi(2));
+}
+
 /// Blur comes before noise: neighbours' noise stays independent, and the variance is that of the blurred signal.
 #[test]
 fn noise_is_white_behind_a_blur() {

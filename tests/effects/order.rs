@@ -1,8 +1,13 @@
 //! In which order effects meet the image, and what scatter adds.
 
-use drr::effects::{DetectorBlur, Effects, FocalSpot, Scatter};
+use std::time::Duration;
 
-use crate::stand::{block, blurred, intensity, nothing, worst_ratio};
+use drr::effects::{DetectorBlur, Effects, Filter, FocalSpot, Profile, Scatter};
+use drr::engine::{Backend, SILENT};
+use drr::physics::Spectrum;
+use drr::{Context, Projector, Scene};
+
+use crate::stand::{SIGNALS, block, blurred, image, intensity, nothing, scene, view, worst_ratio};
 
 const SCATTER: Scatter = Scatter { histories: 2000, seed: 0 };
 
@@ -55,6 +60,50 @@ fn the_focal_spot_comes_before_blur_and_blur_sees_it() {
     let expected = blurred(&intensity(&volume, spot.clone()), 3.0);
     let both = intensity(&volume, Effects { detector_blur: blur, ..spot });
     assert!(worst_ratio(&both, &expected) < 2e-6, "{}", worst_ratio(&both, &expected));
+}
+
+/// What scatters is what a filter has let through.
+#[test]
+fn scatter_behind_a_filter_is_that_of_the_filtered_spectrum() {
+    let volume = block();
+    let grid = *scene(Effects::default()).spectrum.grid();
+    let copper = || Filter::named("copper", grid, Profile::Flat { mm: 2.0 }).expect("built in");
+    let share = |effects: Effects, spectrum: &Spectrum| {
+        let image = |effects: Effects| -> f64 {
+            let scene = Scene { spectrum: spectrum.clone(), ..scene(effects) };
+            image(&volume, scene).intensity.iter().map(|&i| f64::from(i)).sum()
+        };
+        image(scattered(effects.clone())) / image(effects) - 1.0
+    };
+    let tube = scene(Effects::default()).spectrum;
+    let filter = copper();
+    let weights = tube.weights().iter().zip(&filter.coefficients);
+    let weights = weights.map(|(w, mu)| w * (-0.2 * filter.density * mu).exp()).collect();
+    let hardened = Spectrum::new("behind copper", grid, weights).expect("valid");
+    let filtered = share(Effects { filters: vec![copper()], ..Effects::default() }, &tube);
+    let folded = share(Effects::default(), &hardened);
+    assert!((filtered / folded - 1.0).abs() < 0.02, "{filtered} {folded}");
+    let soft = share(Effects::default(), &tube);
+    assert!((soft / folded - 1.0).abs() > 0.04, "{soft} {folded}");
+}
+
+/// Kernels are made while a pool's threads help each other out.
+#[test]
+fn scatter_can_be_wanted_from_many_threads_of_one_context() {
+    let context = Context::new(Backend::Cpu, 4).expect("threads start");
+    let volume = block();
+    std::thread::scope(|scope| {
+        for n in 0..8 {
+            let (context, volume) = (&context, &volume);
+            scope.spawn(move || {
+                std::thread::sleep(Duration::from_millis(30 * n));
+                let effects =
+                    Effects { scatter: Some(Scatter { histories: 20_000, seed: n }), ..Effects::default() };
+                let projector = Projector::new(context, volume.clone(), scene(effects)).expect("valid");
+                projector.project(&[view(3.0)], SIGNALS, SILENT).expect("projects");
+            });
+        }
+    });
 }
 
 /// Fall-off and scatter: scatter is made of the primary that is there.

@@ -117,3 +117,19 @@ fn the_heel_effect_weakens_and_hardens_towards_the_anode() {
     let anode = SIDE * SIDE / 2 + 8;
     assert!(p(1, anode) < p(0, anode) * 0.999, "{} {}", p(1, anode), p(0, anode));
 }
+
+/// A spectrum that was filtered by less than the anode takes away cannot be given it back.
+#[test]
+fn an_anode_that_the_spectrum_has_not_passed_is_refused() {
+    for heel in [
+        Heel { depth_mm: 1.0, ..Heel::TYPICAL },
+        Heel { target_angle_degrees: 1e-3, ..Heel::TYPICAL },
+        Heel { target_angle_degrees: 1e-300, depth_mm: 1e-3, ..Heel::TYPICAL },
+    ] {
+        let effects = Effects { heel: Some(heel), ..Effects::default() };
+        let refused =
+            projector(&nothing(), scene(effects)).project(&[crate::stand::view(3.0)], SIGNALS, SILENT);
+        let message = refused.expect_err("too much").to_string();
+        assert!(message.contains("scene.effects.heel.depth_mm") && message.contains("spectrum"), "{message}");
+    }
+}

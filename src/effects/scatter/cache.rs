@@ -1,6 +1,6 @@
 //! Kernels that were made, to be had again for nothing.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::{Beamline, Scatter, ScatterKernels};
 use crate::error::Result;
@@ -23,7 +23,8 @@ struct Key {
 pub(crate) struct ScatterCache(Mutex<Vec<(Key, Arc<ScatterKernels>)>>);
 
 impl ScatterCache {
-    /// As [`ScatterKernels::new`], with distances to half a percent: views that differ by less share their kernels.
+    /// As [`ScatterKernels::new`], with distances to half a percent: views that differ by less share their kernels. Two threads
+    /// may make the same.
     pub(crate) fn get_or_make(
         &self,
         scatter: Scatter,
@@ -34,17 +35,24 @@ impl ScatterCache {
         geometry.validate()?;
         let geometry = geometry.rounded();
         let key = Key { scatter, source: source.clone(), responses: responses.to_vec(), geometry };
-        // Held while kernels are made: threads that need the same wait for them.
-        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some((_, kernels)) = known.iter().find(|(other, _)| *other == key) {
+        if let Some((_, kernels)) = self.entries().iter().find(|(other, _)| *other == key) {
             return Ok(kernels.clone());
         }
+        // Not while others wait: a thread that makes kernels takes other work of its pool meanwhile, which may want some too.
         let kernels = Arc::new(ScatterKernels::new(&scatter, source, responses, geometry)?);
-        if known.len() == MOST {
-            known.remove(0);
+        let mut entries = self.entries();
+        if let Some((_, known)) = entries.iter().find(|(other, _)| *other == key) {
+            return Ok(known.clone());
         }
-        known.push((key, kernels.clone()));
+        if entries.len() == MOST {
+            entries.remove(0);
+        }
+        entries.push((key, kernels.clone()));
         Ok(kernels)
+    }
+
+    fn entries(&self) -> MutexGuard<'_, Vec<(Key, Arc<ScatterKernels>)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -37,6 +37,10 @@ pub(crate) use kernels::ScatterKernels;
 use crate::error::{Error, Result};
 
 /// How the kernels of the scatter estimate are made.
+///
+/// Scattered photons have less energy than the source's. The detector's response is taken at their own energy; below the
+/// spectrum's first energy it is that of the first, so that a monoenergetic scene counts all photons alike, and below 15 keV
+/// photons are not followed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Scatter {
     /// Photons followed through each of the slabs of water, 1000 … 10 000 000. With the default of 40 000 the kernels are

@@ -22,6 +22,8 @@ struct Superposition<'a> {
     axes: [Cells; 2],
     /// Width and height of a cell, mm.
     cell_mm: [f64; 2],
+    /// The foot of the perpendicular from the corner of the first cell, mm.
+    foot_mm: [f64; 2],
 }
 
 impl ScatterKernels {
@@ -29,7 +31,8 @@ impl ScatterKernels {
     ///
     /// `primary` is the signal of `row` without scatter, `areal_density` the total areal density of the same rays in
     /// g/cm², `pitch_mm` the distance of samples along i and j in the detector's plane. Kernels between two areal
-    /// densities are the mean of both, weighted by the distance; beyond 50 g/cm² the last grows in proportion. Where
+    /// densities are the mean of both, weighted by the distance; `foot` is the sample, which may be a fraction and outside, where the
+    /// perpendicular from the source meets the detector. Beyond 50 g/cm² the last grows in proportion. Where
     /// nothing attenuates nothing scatters.
     ///
     /// The beam is taken as collimated to the detector: photons that would pass beside it are not there and scatter
@@ -44,6 +47,7 @@ impl ScatterKernels {
         primary: &Plane,
         areal_density: &Plane,
         pitch_mm: [f64; 2],
+        foot: [f64; 2],
     ) -> Result<Plane> {
         let size = primary.size();
         if areal_density.size() != size {
@@ -59,7 +63,8 @@ impl ScatterKernels {
         let cell_mm = [0, 1].map(|axis| extent[axis] / count[axis] as f64);
         let axes = [0, 1].map(|axis| Cells::new(size[axis], count[axis]));
         let pencils = Pencils::new(&axes, primary, areal_density, pitch_mm[0] * pitch_mm[1])?;
-        let own = Superposition { kernels: self, row, axes, cell_mm };
+        let foot_mm = [0, 1].map(|axis| (foot[axis] + 0.5) * pitch_mm[axis]);
+        let own = Superposition { kernels: self, row, axes, cell_mm, foot_mm };
         let mut cells = own.convolved(&own.amplitudes(&pencils)?)?;
         for (cell, (sum, areal)) in cells.iter_mut().zip(&pencils.areal_density).enumerate() {
             *sum *= self.obliquity(row).target(own.distance(cell), *areal);
@@ -73,11 +78,11 @@ impl Superposition<'_> {
         self.axes.each_ref().map(Cells::count)
     }
 
-    /// From the detector's centre to that of a cell, mm.
+    /// From the foot of the perpendicular to the centre of a cell, mm.
     fn distance(&self, cell: usize) -> f64 {
         let count = self.count();
         let place = [cell % count[0], cell / count[0]];
-        let [x, y] = [0, 1].map(|k| (place[k] as f64 + 0.5 - 0.5 * count[k] as f64) * self.cell_mm[k]);
+        let [x, y] = [0, 1].map(|k| (place[k] as f64 + 0.5) * self.cell_mm[k] - self.foot_mm[k]);
         x.hypot(y)
     }
 

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::super::{Beamline, Scatter, ScatterKernels};
+use super::scattered;
 use super::truth::{BATCHES, Balance, Body, Stand};
 use crate::effects::Plane;
 use crate::physics::{DetectorResponse, EnergyGrid, Interactions, Spectrum};
@@ -73,7 +74,7 @@ fn profiles(stand: &Stand<'_>, histories: usize) -> Vec<Profile> {
     let areal = plane(stand, |u, v| stand.length(u, v));
     let of_row = |row: usize| {
         let primary = plane(stand, |u, v| stand.primary(row, stand.length(u, v)));
-        let estimate = kernels.scattered(row, &primary, &areal, [PITCH; 2]).unwrap();
+        let estimate = scattered(&kernels, row, &primary, &areal, [PITCH; 2]).unwrap();
         let (primary, estimate) =
             (folded(&over_cells(stand, &primary)), folded(&over_cells(stand, &estimate)));
         let counted: Vec<_> =
