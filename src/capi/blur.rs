@@ -3,14 +3,11 @@
 use crate::capi::memory;
 use crate::capi::names;
 use crate::capi::scene::DrrScene;
-use crate::effects::{DetectorBlur, MAX_BLUR_COMPONENTS};
+use crate::effects::{DetectorBlur, MAX_BLUR_COMPONENTS, MAX_MTF_POINTS};
 use crate::error::{Error, Result};
 
 /// Largest difference of a measured MTF from the Gaussians that stand for it.
 const MOST_OFF: f64 = 0.05;
-
-/// Most points of a measured curve.
-const MAX_POINTS: usize = 256;
 
 /// A Gaussian of a detector's point spread. The struct never grows: arrays of it are passed.
 #[derive(Debug, Clone, Copy)]
@@ -49,7 +46,7 @@ impl DrrScene {
             let valid = "NULL, because blur is given: by Gaussians or by a curve";
             return Err(Error::invalid("scene.mtf_frequencies_per_mm", "not NULL", valid));
         }
-        check_count("scene.mtf_count", self.mtf_count, 2, MAX_POINTS)?;
+        check_count("scene.mtf_count", self.mtf_count, 2, MAX_MTF_POINTS)?;
         // SAFETY: by the caller's promise there are as many points.
         let (frequencies, mtf) = unsafe {
             (

@@ -4,12 +4,9 @@ use std::ffi::c_char;
 
 use crate::capi::memory;
 use crate::capi::spectra::TableEnergies;
-use crate::effects::{Filter, Profile};
+use crate::effects::{Filter, MAX_BOW_TIE_POINTS, Profile};
 use crate::error::{Error, Result};
 use crate::physics::{MAX_ATTENUATION, MassAttenuation, Material};
-
-/// Most points of a bow-tie.
-const MAX_POINTS: usize = 1024;
 
 /// A homogeneous body between tube and volume, which stays where it is relative to source and detector: a flat slab
 /// across the detector's normal, or a bow-tie. The struct never grows: arrays of it are passed.
@@ -99,8 +96,8 @@ impl DrrFilter {
         if self.point_count == 0 {
             return Ok(Profile::Flat { mm: self.thickness_mm });
         }
-        if !(2..=MAX_POINTS).contains(&self.point_count) {
-            let valid = format!("2 … {MAX_POINTS}, or 0 for a flat slab");
+        if !(2..=MAX_BOW_TIE_POINTS).contains(&self.point_count) {
+            let valid = format!("2 … {MAX_BOW_TIE_POINTS}, or 0 for a flat slab");
             return Err(Error::invalid(format!("{name}.point_count"), self.point_count, valid));
         }
         let argument = |field: &str| format!("{name}.{field}");

@@ -3,11 +3,8 @@
 use glam::DVec3;
 
 use crate::capi::memory;
-use crate::effects::{Implant, ImplantShape, Section};
+use crate::effects::{Implant, ImplantShape, MAX_SCREW_SECTIONS, Section};
 use crate::error::{Error, Result};
-
-/// Most cylinders of one screw.
-const MAX_SECTIONS: usize = 1024;
 
 /// What an implant is: one of the DRR_IMPLANT constants. Other values are refused.
 pub type DrrImplantShape = u32;
@@ -122,8 +119,8 @@ impl DrrImplant {
     /// # Safety
     /// As for [`Self::read`].
     unsafe fn screw_sections(&self, name: &str) -> Result<Vec<Section>> {
-        if !(1..=MAX_SECTIONS).contains(&self.section_count) {
-            let valid = format!("1 … {MAX_SECTIONS}");
+        if !(1..=MAX_SCREW_SECTIONS).contains(&self.section_count) {
+            let valid = format!("1 … {MAX_SCREW_SECTIONS}");
             return Err(Error::invalid(format!("{name}.section_count"), self.section_count, valid));
         }
         // SAFETY: by the caller's promise there are as many.

@@ -9,7 +9,9 @@ const DENSITIES: std::ops::RangeInclusive<f64> = 1e-6..=30.0;
 /// Largest thickness, mm.
 const MAX_THICKNESS: f64 = 1000.0;
 /// Numbers of points of a bow-tie's profile.
-const POINTS: std::ops::RangeInclusive<usize> = 2..=1024;
+const POINTS: std::ops::RangeInclusive<usize> = 2..=MAX_BOW_TIE_POINTS;
+/// Most points of a bow-tie's profile.
+pub const MAX_BOW_TIE_POINTS: usize = 1024;
 
 /// A homogeneous body in the beam, before anything that is imaged.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@ mod shape;
 
 use glam::DVec3;
 
-pub use shape::{ImplantShape, Section};
+pub use shape::{ImplantShape, MAX_SCREW_SECTIONS, Section};
 
 use crate::effects::filter::check_density;
 use crate::error::{Error, Result};

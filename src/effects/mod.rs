@@ -21,10 +21,11 @@ mod taps;
 
 pub use aperture::FillFactor;
 pub use detector_blur::{BlurComponent, DetectorBlur, MAX_BLUR_COMPONENTS};
-pub use filter::{Filter, Profile};
+pub use filter::{Filter, MAX_BOW_TIE_POINTS, Profile};
 pub use focal_spot::FocalSpot;
 pub use heel::Heel;
-pub use implant::{Implant, ImplantShape, Section};
+pub use implant::{Implant, ImplantShape, MAX_SCREW_SECTIONS, Section};
+pub use mtf_curve::MAX_MTF_POINTS;
 pub use noise::Noise;
 pub use scatter::Scatter;
 

@@ -19,12 +19,16 @@ const MOST_STEPS: usize = 96;
 const ROUNDING: f64 = 1e-9;
 
 /// Most points of a curve.
-const MOST_POINTS: usize = 256;
+pub const MAX_MTF_POINTS: usize = 256;
 
 /// Checks the frequencies (line pairs per mm, ascending from at least 0) and the MTF at each.
 pub(super) fn validate(frequencies: &[f64], mtf: &[f64]) -> Result<()> {
-    if !(2..=MOST_POINTS).contains(&frequencies.len()) {
-        return Err(Error::invalid("mtf: number of points", frequencies.len(), format!("2 … {MOST_POINTS}")));
+    if !(2..=MAX_MTF_POINTS).contains(&frequencies.len()) {
+        return Err(Error::invalid(
+            "mtf: number of points",
+            frequencies.len(),
+            format!("2 … {MAX_MTF_POINTS}"),
+        ));
     }
     if mtf.len() != frequencies.len() {
         let valid = format!("{}, one per frequency", frequencies.len());

@@ -54,6 +54,16 @@ impl MassAttenuation {
         Self::new(grid, names.iter().map(ToString::to_string).collect(), values)
     }
 
+    /// The same with one more of the built-in materials at its end.
+    ///
+    /// # Errors
+    /// As [`MassAttenuation::named`]; `InvalidArgument` for more than [`MAX_MATERIALS`].
+    pub fn with(&self, name: &str) -> Result<Self> {
+        let own = Self::named(&[name], self.grid)?;
+        let names = self.names.iter().chain(&own.names).cloned().collect();
+        Self::new(self.grid, names, [&self.values[..], &own.values].concat())
+    }
+
     /// Names of the built-in materials.
     pub fn material_names() -> &'static [&'static str] {
         MASS_ATTENUATION.names()
@@ -137,6 +147,19 @@ mod tests {
         for name in MassAttenuation::material_names() {
             assert!(GRID.energies().all(|e| coefficient(name, e) > 0.0), "{name}");
         }
+    }
+
+    #[test]
+    fn one_more_material_changes_no_other() {
+        let table = MassAttenuation::named(&MassAttenuation::SPECIFICATION, GRID).unwrap();
+        let more = table.with("titanium").unwrap();
+        assert_eq!(
+            more,
+            MassAttenuation::named(&["air", "lung", "soft_tissue", "bone_cortical", "titanium"], GRID)
+                .unwrap()
+        );
+        let full = (0..4).fold(table, |table, _| table.with("water").unwrap());
+        assert!(full.with("water").unwrap_err().to_string().contains("9 materials"));
     }
 
     #[test]

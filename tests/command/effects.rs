@@ -151,7 +151,7 @@ fn bad_effects_exit_with_2_and_name_themselves() {
     let many = (0..5).map(|n| ["titanium", "copper", "pmma", "steel_316l", "water"][n]);
     let many: Vec<String> = many.flat_map(|m| ["--implant".into(), format!("sphere:{m}:0,0,0:1")]).collect();
     let many: Vec<&str> = many.iter().map(String::as_str).collect();
-    for (name, own) in cases.into_iter().chain([("at most 8", &many[..])]) {
+    for (name, own) in cases.into_iter().chain([("9 materials", &many[..])]) {
         let arguments = [&["plan"], &RAW[..], &SMALL[..2], own].concat();
         let output = drr(folder.path(), &arguments);
         let error = String::from_utf8_lossy(&output.stderr);

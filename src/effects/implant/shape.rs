@@ -9,7 +9,7 @@ use crate::phantom::{Shape, approach, intersection};
 /// Lengths of implants and their parts, mm.
 const SIZES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 /// Most cylinders of one screw.
-const MAX_SECTIONS: usize = 1024;
+pub const MAX_SCREW_SECTIONS: usize = 1024;
 /// What vectors may be off from unit length or right angles, relative: float32 has it.
 const STRAIGHT: f64 = 1e-6;
 
@@ -159,9 +159,9 @@ fn check_size(argument: &str, mm: f64) -> Result<()> {
 }
 
 fn check_sections(sections: &[Section]) -> Result<()> {
-    if sections.is_empty() || sections.len() > MAX_SECTIONS {
+    if sections.is_empty() || sections.len() > MAX_SCREW_SECTIONS {
         let value = format!("{} cylinders", sections.len());
-        return Err(Error::invalid("sections", value, format!("1 … {MAX_SECTIONS}")));
+        return Err(Error::invalid("sections", value, format!("1 … {MAX_SCREW_SECTIONS}")));
     }
     for (k, section) in sections.iter().enumerate() {
         check_size(&format!("sections[{k}].length_mm"), section.length_mm)?;

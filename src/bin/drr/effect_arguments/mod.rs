@@ -12,7 +12,7 @@ use drr::effects::{
     DetectorBlur, Effects, FillFactor, FocalSpot, Heel, Implant, MAX_EFFECT_PARTS, Noise, Scatter,
 };
 use drr::formats::read_curve;
-use drr::physics::{EnergyGrid, MAX_MATERIALS, MassAttenuation, Material};
+use drr::physics::Material;
 
 use crate::console::Console;
 use crate::physics::Physics;
@@ -156,27 +156,11 @@ fn placed(argument: &ImplantArgument, physics: &mut Physics) -> Result<Implant> 
     let known = names.iter().position(|own| own == name);
     let material = known.unwrap_or(names.len()) as u8;
     if known.is_none() {
-        if names.len() == MAX_MATERIALS {
-            bail!(
-                "--implant: {name} would be material {}; valid: at most {MAX_MATERIALS} in all",
-                names.len() + 1
-            );
-        }
-        physics.materials = with_material(&physics.materials, name).context("--implant")?;
+        physics.materials = physics.materials.with(name).context("--implant")?;
     }
     let implant = Implant { shape: argument.shape.clone(), material, density };
     implant.validate(physics.materials.names().len(), 0).context("--implant")?;
     Ok(implant)
-}
-
-/// The table with one more of the built-in materials.
-fn with_material(table: &MassAttenuation, name: &str) -> drr::Result<MassAttenuation> {
-    let grid: EnergyGrid = *table.grid();
-    let own = MassAttenuation::named(&[name], grid)?;
-    let rows = (0..table.names().len()).map(|m| table.coefficients(m)).chain([own.coefficients(0)]);
-    let values = rows.flatten().copied().collect();
-    let names = table.names().iter().cloned().chain([name.to_owned()]).collect();
-    MassAttenuation::new(grid, names, values)
 }
 
 /// The argument that a field of the scene's effects comes from.

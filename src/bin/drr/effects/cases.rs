@@ -6,7 +6,7 @@ use drr::effects::{
     Scatter,
 };
 use drr::engine::SILENT;
-use drr::physics::{DetectorResponse, MAX_MATERIALS, MassAttenuation, Material, Spectrum};
+use drr::physics::{DetectorResponse, Material, Spectrum};
 use drr::{Focus, Scene, Tolerance};
 use glam::DVec3;
 
@@ -91,16 +91,8 @@ impl Cases<'_> {
 
     /// A titanium rod across the volume's centre, 80 mm long and 8 mm thick.
     fn implanted(&self, mut scene: Scene) -> Result<Scene> {
-        let names = scene.materials.names();
-        let material = names.len();
-        if material == MAX_MATERIALS {
-            anyhow::bail!("titanium would be material {}; valid: at most {MAX_MATERIALS}", material + 1);
-        }
-        let titanium = MassAttenuation::named(&["titanium"], *scene.spectrum.grid())?;
-        let rows = (0..material).map(|m| scene.materials.coefficients(m)).chain([titanium.coefficients(0)]);
-        let values = rows.flatten().copied().collect();
-        let names = names.iter().cloned().chain(["titanium".into()]).collect();
-        scene.materials = MassAttenuation::new(*scene.spectrum.grid(), names, values)?;
+        let material = scene.materials.names().len();
+        scene.materials = scene.materials.with("titanium")?;
         let (centre, half) = (self.study.volume.grid().centre(), DVec3::new(20.0, 0.0, 35.0));
         let shape = ImplantShape::Rod { ends: [centre - half, centre + half], radius: 4.0 };
         let density = Material::named("titanium")?.reference_density();
