@@ -8,13 +8,14 @@ mod row;
 mod truth;
 mod volumes;
 
+use std::panic::resume_unwind;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Result, bail};
 use clap::Args;
 use drr::engine::Backend;
 use drr::{Algorithm, Context};
-use rayon::prelude::*;
 use serde_json::json;
 
 use crate::console::Console;
@@ -99,7 +100,7 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         bar.inc(1);
         rows
     };
-    let rows: Vec<Row> = contexts[0].install(|| cases.par_iter().flat_map_iter(of_case).collect());
+    let rows = all_rows(&cases, contexts[0].threads(), of_case);
     bar.finish_and_clear();
 
     let holds = rows.iter().all(|row| row.holds);
@@ -115,6 +116,27 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
         console.say(summary(cases.len(), &rows, &contexts));
     }
     Ok(if holds { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The rows of all cases, in their order. On threads of its own: one of a pool that waits for an engine's pool would begin the
+/// next case meanwhile, and so on, one case deeper in its stack each time.
+fn all_rows(cases: &[Case], threads: usize, of_case: impl Fn(&Case) -> Vec<Row> + Sync) -> Vec<Row> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mine = std::iter::from_fn(|| {
+            let n = next.fetch_add(1, Ordering::Relaxed);
+            cases.get(n).map(|case| (n, of_case(case)))
+        });
+        mine.collect::<Vec<_>>()
+    };
+    let mut rows: Vec<_> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        let done =
+            threads.into_iter().map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
+        done.flatten().collect()
+    });
+    rows.sort_by_key(|(n, _)| *n);
+    rows.into_iter().flat_map(|(_, rows)| rows).collect()
 }
 
 /// One row for every algorithm and engine.
