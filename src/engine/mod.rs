@@ -132,9 +132,13 @@ pub trait Engine: Send + Sync {
     /// `Cancelled` once the job's progress says so: each thread finishes at most one more piece of work; `OutOfMemory`.
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>>;
 
+    /// Whether it ever takes sums by several rows of weights: what a job for them needs is made only then.
+    fn has_signals(&self) -> bool {
+        false
+    }
+
     /// Casts the rays of all views and sums what passes of them by several rows of weights, beside the layers that the job
-    /// has; `None` where the engine leaves the
-    /// sums to whoever has the areal densities.
+    /// has; `None` where the engine leaves the sums to whoever has the areal densities.
     ///
     /// # Errors
     /// As [`Engine::project`].

@@ -113,7 +113,7 @@ impl March<'_> {
         let Some(layers) = self.developed.filter(|layers| layers.intensity || layers.line_integral) else {
             return Ok(None);
         };
-        if !effects.implants.is_empty() {
+        if !caster.has_signals() || !effects.implants.is_empty() {
             return Ok(None);
         }
         let sums = Sums::new(self.scene, view, size, layers)?;
@@ -161,6 +161,6 @@ fn check_tables(view: &ViewRequest) -> Result<()> {
     if view.spectral.is_none() && view.lut_addresses == [0, 0] {
         return Ok(());
     }
-    let valid = "0 in a scene with effects or more than one detector layer: its own tables are used";
+    let valid = "0 in an exposure and in a scene with effects or two detector layers: the scene's own tables are used";
     Err(Error::invalid("spectrumLutAddress or muLutAddress", "given", valid))
 }

@@ -94,6 +94,11 @@ impl<T: Sample> Exposure<T> {
         scene.validate()?;
         self.check_rays(scene)?;
         scene.check_layers(layers)?;
+        if self.focus == Focus::Convolved && !scene.effects.is_even_source() {
+            let valid =
+                "none of them in an exposure whose focal spot is one convolution, which would blur them too";
+            return Err(Error::invalid("scene.effects' fall-off, heel or filters", "asked for", valid));
+        }
         self.develop_from(scene, layers, 0)
     }
 

@@ -9,6 +9,9 @@ pub(crate) trait RayCaster<T>: Sync {
     /// Areal densities and bone path along all rays of a job.
     fn cast(&self, job: &Job<'_>) -> Result<Images<T>>;
 
+    /// Whether it ever takes the sums over energies.
+    fn has_signals(&self) -> bool;
+
     /// The sums over energies as well; `None` where they are left to the development.
     fn signals(&self, job: &SignalsJob<'_>) -> Result<Option<(Images<T>, Passed)>>;
 }
@@ -16,6 +19,10 @@ pub(crate) trait RayCaster<T>: Sync {
 impl RayCaster<f32> for dyn Engine + '_ {
     fn cast(&self, job: &Job<'_>) -> Result<Images<f32>> {
         self.project(job)
+    }
+
+    fn has_signals(&self) -> bool {
+        Engine::has_signals(self)
     }
 
     fn signals(&self, job: &SignalsJob<'_>) -> Result<Option<(Images<f32>, Passed)>> {
@@ -27,6 +34,10 @@ impl RayCaster<f32> for dyn Engine + '_ {
 impl RayCaster<f64> for Reference {
     fn cast(&self, job: &Job<'_>) -> Result<Images<f64>> {
         self.project_f64(job)
+    }
+
+    fn has_signals(&self) -> bool {
+        false
     }
 
     fn signals(&self, _: &SignalsJob<'_>) -> Result<Option<(Images<f64>, Passed)>> {

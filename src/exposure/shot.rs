@@ -102,8 +102,7 @@ pub(crate) fn penumbra(spot: &FocalSpot, view: &View, grid: &Grid) -> Result<[f6
     };
     let nearest = (0..8).map(corner).fold(f64::INFINITY, f64::min);
     if !(nearest > 0.0) {
-        let valid =
-            "only with the whole volume in front of the source: no penumbra is wider than every detector";
+        let valid = "only with the whole volume in front of the source: beside it a penumbra has no end";
         return Err(Error::invalid("scene.effects.focal_spot", "asked for", valid));
     }
     let blur = spot.blur_mm(detector.abs(), nearest.min(detector.abs()));

@@ -7,13 +7,13 @@ use drr::{Algorithm, Scene};
 
 use crate::stand::{SIGNALS, block, projector, response, scene, view};
 
-/// As near as the spectrum's two sums in float32 are.
+/// Two roundings of what is the same to float32.
 fn assert_same(a: &Images<f32>, b: &Images<f32>, what: &str) {
     for (a, b) in a.line_integral.iter().zip(&b.line_integral) {
-        assert!((a - b).abs() <= 4e-6 * b + 2e-6, "{what}: {a} {b}");
+        assert!((a - b).abs() <= 3e-7 * b, "{what}: {a} {b}");
     }
     for (a, b) in a.intensity.iter().zip(&b.intensity) {
-        assert!((a - b).abs() <= 3e-5 * b, "{what}: {a} {b}");
+        assert!((a - b).abs() <= 3e-7 * b, "{what}: {a} {b}");
     }
 }
 

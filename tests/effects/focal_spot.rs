@@ -88,12 +88,20 @@ fn a_convolution_keeps_the_tolerance_that_it_was_chosen_for() {
         let scene = Scene { tolerance: Some(Tolerance::hu(hu_allowed)), ..scene(spot(8.0, 8.0)) };
         let projector = Projector::new(&context(), volume.clone(), scene).expect("planned");
         let focus = projector.plan().focus.clone().expect("a focal spot").focus;
-        convolved += usize::from(focus == Focus::Convolved);
+        if focus == Focus::Convolved {
+            convolved += 1;
+            // What lies before the volume would be blurred with it.
+            let exposure = projector.expose(&[view(3.0)], SILENT).expect("exposes");
+            let uneven =
+                Scene { effects: Effects { fall_off: true, ..spot(8.0, 8.0) }, ..projector.scene().clone() };
+            let message = exposure.develop(&uneven, SIGNALS).expect_err("refused").to_string();
+            assert!(message.contains("fall-off") && message.contains("convolution"), "{message}");
+        }
         let own = projector.project(&[view(3.0)], SIGNALS, SILENT).expect("projects");
         let rms = hu(&own.line_integral, &exact.line_integral);
         assert!(rms <= hu_allowed, "{hu_allowed} HU: {rms} with {focus:?}");
     }
-    println!("convolved in {convolved} of 4");
+    assert!(convolved > 0, "no tolerance made the planner convolve");
 }
 
 /// Root mean square in HU-equivalents over the pixels above a twentieth of the largest p.

@@ -27,9 +27,9 @@ fn fall_off_is_the_solid_angle_and_leaves_line_integrals_alone() {
     for pixel in 0..SIDE * SIDE {
         let (cosine, ..) = ray(pixel);
         let ratio = f64::from(with.intensity[pixel] / plain.intensity[pixel]);
-        assert!((ratio / cosine.powi(3) - 1.0).abs() < 2e-6, "{pixel}: {ratio}");
+        assert!((ratio / cosine.powi(3) - 1.0).abs() < 5e-7, "{pixel}: {ratio}");
         let change = with.line_integral[pixel] - plain.line_integral[pixel];
-        assert!(change.abs() < 2e-6 * plain.line_integral[pixel] + 1e-6, "{pixel}: {change}");
+        assert!(change.abs() < 3e-7 * plain.line_integral[pixel] + 1e-7, "{pixel}: {change}");
     }
 }
 
@@ -48,7 +48,7 @@ fn the_source_is_the_same_in_a_view_given_by_a_matrix() {
     let images = projector.project(&views, SIGNALS, SILENT).expect("projects");
     let [a, b] =
         [0, 1].map(|v| images.view(&images.intensity, v).iter().map(|&x| f64::from(x)).collect::<Vec<_>>());
-    assert!(worst_ratio(&a, &b) < 1e-4, "{}", worst_ratio(&a, &b));
+    assert!(worst_ratio(&a, &b) < 3e-7, "{}", worst_ratio(&a, &b));
 }
 
 fn filter(material: &str, profile: Profile) -> Filter {
@@ -82,12 +82,12 @@ fn a_slab_and_a_bow_tie_attenuate_by_their_paths() {
         let (cosine, column, normal) = ray(pixel);
         let slab_cm = 0.03 / cosine;
         let expected = transmission("copper", 8.96 * slab_cm);
-        assert!((slab[pixel] / expected - 1.0).abs() < 2e-6, "{pixel}: {} {expected}", slab[pixel]);
+        assert!((slab[pixel] / expected - 1.0).abs() < 5e-7, "{pixel}: {} {expected}", slab[pixel]);
         let fan = column.atan2(normal).to_degrees();
         // Out of the plane of the fan the path is longer.
         let bow_cm = 0.1 * thickness(fan) / column.hypot(normal);
         let expected = transmission("aluminium", 2.699 * bow_cm);
-        assert!((bow[pixel] / expected - 1.0).abs() < 2e-6, "{pixel}: {} {expected}", bow[pixel]);
+        assert!((bow[pixel] / expected - 1.0).abs() < 5e-7, "{pixel}: {} {expected}", bow[pixel]);
     }
 }
 
@@ -106,7 +106,7 @@ fn the_heel_effect_weakens_and_hardens_towards_the_anode() {
         };
         let more_cm = 0.1 * (path(column, normal) - path(0.0, 1.0));
         let expected = transmission("tungsten", 19.3 * more_cm);
-        assert!((open / expected - 1.0).abs() < 3e-6, "{pixel}: {open} {expected}");
+        assert!((open / expected - 1.0).abs() < 5e-7, "{pixel}: {open} {expected}");
     }
     let row = &open[SIDE * SIDE / 2..][..SIDE];
     assert!(row.windows(2).all(|pair| pair[0] < pair[1]), "towards the cathode it grows: {row:?}");

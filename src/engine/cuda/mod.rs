@@ -130,6 +130,10 @@ impl Engine for Cuda {
         Ok(images)
     }
 
+    fn has_signals(&self) -> bool {
+        true
+    }
+
     fn signals(&self, job: &SignalsJob<'_>) -> Result<Option<(Images<f32>, Passed)>> {
         let Some(most) = self.prepared.views_of_signals(job) else { return Ok(None) };
         let at_once = most.min(VIEWS_AT_ONCE);

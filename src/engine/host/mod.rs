@@ -86,6 +86,10 @@ impl Engine for Host {
         Ok(images)
     }
 
+    fn has_signals(&self) -> bool {
+        true
+    }
+
     fn signals(&self, job: &SignalsJob<'_>) -> Result<Option<(Images<f32>, Passed)>> {
         let Some(at_once) = self.prepared.views_of_signals(job) else { return Ok(None) };
         let (size, materials) = (self.prepared.size, self.prepared.materials);

@@ -173,6 +173,10 @@ impl Engine for Metal {
         autoreleasepool(|_| self.images(job))
     }
 
+    fn has_signals(&self) -> bool {
+        true
+    }
+
     fn signals(&self, job: &SignalsJob<'_>) -> Result<Option<(Images<f32>, Passed)>> {
         autoreleasepool(|_| self.passed(job))
     }

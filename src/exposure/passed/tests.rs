@@ -40,6 +40,10 @@ impl Engine {
 }
 
 impl RayCaster<f32> for Engine {
+    fn has_signals(&self) -> bool {
+        true
+    }
+
     fn cast(&self, job: &Job<'_>) -> Result<Images<f32>> {
         self.note(Asked::Rays);
         Images::of_layers(SIZE, job.views.len(), 4, 1, job.layers)
