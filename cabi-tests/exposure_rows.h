@@ -72,7 +72,7 @@ static const Row exposure_rows[] = {
     COUNT_ROWS(&exposure_create, "view_count", view_count, "65536", 65537),
     MATRIX_ROWS(&exposure_create),
     {&exposure_create, "views[1].spectrumLutAddress", "given", spectrum_lut, NOTHING, INVALID,
-     "views[1].spectrumLutAddress or muLutAddress is given;", "0 in a scene with effects"},
+     "views[1].spectrumLutAddress or muLutAddress is given;", "0 in an exposure and in a scene with effects"},
     {&exposure_create, "views[0]", "without a detector", focused, NOTHING, INVALID,
      "views[0].scene.effects DRR_EFFECT_FOCAL_SPOT is asked for in a view given by a matrix;", "source and detector"},
     POINTER_ROWS(&exposure_create, exposure, handle, "8 bytes"),
