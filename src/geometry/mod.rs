@@ -3,10 +3,12 @@
 mod grid;
 mod pose;
 mod projection;
+mod rigid_motion;
 
 pub use grid::Grid;
 pub use pose::DetectorPose;
 pub use projection::Projection;
+pub use rigid_motion::RigidMotion;
 
 use glam::DVec3;
 
