@@ -9,7 +9,7 @@ fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=shaders");
     println!("cargo::rerun-if-changed=include");
-    for entry_point in ["drr.metal", "drr.cu", "host.cpp"] {
+    for entry_point in ["drr.metal", "drr.cu", "host.cpp", "parallel.metal", "parallel.cu", "parallel.cpp"] {
         let mut text = String::new();
         flatten(&Path::new("shaders").join(entry_point), &mut HashSet::new(), &mut text);
         let folder = PathBuf::from(std::env::var_os("OUT_DIR").expect("cargo sets it"));

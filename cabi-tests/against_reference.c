@@ -121,8 +121,9 @@ int main(void) {
     OK(drr_volume_create(context, &descriptor, water_ball(), NULL, &volume));
     const int failed = compare(volume, DRR_ALGORITHM_JOSEPH, "Joseph", 0.02) ||
                        compare(volume, DRR_ALGORITHM_MARCH, "march", 0.02) ||
-                       compare(volume, DRR_ALGORITHM_SIDDON, "Siddon", 0.1) || compare_tables(volume) ||
-                       compare_one_energy(volume);
+                       compare(volume, DRR_ALGORITHM_SIDDON, "Siddon", 0.1) ||
+                       compare(volume, DRR_ALGORITHM_DISTANCE_DRIVEN, "distance-driven", 0.1) ||
+                       compare_tables(volume) || compare_one_energy(volume);
     OK(drr_volume_destroy(volume));
     OK(drr_context_destroy(context));
     if (!failed) printf("PASS\n");

@@ -3,7 +3,10 @@
 #include "context_rows.h"
 #include "effect_rows.h"
 #include "exposure_rows.h"
+#include "parallel_rows.h"
+#include "pose_gradient_rows.h"
 #include "projection_rows.h"
+#include "ray_transform_rows.h"
 #include "scene_rows.h"
 #include "table_rows.h"
 #include "view_rows.h"
@@ -22,7 +25,8 @@ static int infallible(void) {
 }
 
 int main(void) {
-    if (infallible() || create_live_handles()) return 1;
+    if (infallible() || create_live_handles() || create_live_parallel()) return 1;
+    if (create_live_transforms() || create_live_pose_gradients()) return 1;
     const float *line_integrals = given.to.images[1];
     float first[IMAGES];
     good(&given);
@@ -38,13 +42,16 @@ int main(void) {
     if (RUN_FOR(&exposure_develop_scene, effect_field_rows)) return 1;
     make_ready = NULL;
     clear_away = NULL;
-    if (RUN(exposure_rows)) return 1;
+    if (RUN(exposure_rows) || RUN(parallel_rows) || RUN(ray_transform_rows) || RUN(pose_gradient_rows)) return 1;
+    if (RUN_FOR(&pose_gradient_plan, scene_field_rows) || RUN_FOR(&pose_gradient_plan_f64, scene_field_rows)) return 1;
+    if (RUN_FOR(&pose_gradient_plan, effect_field_rows) || RUN_FOR(&pose_gradient_plan_f64, effect_field_rows)) return 1;
     if (RUN(geometry_rows) || RUN(projection_rows) || RUN(table_rows)) return 1;
 
     good(&given);
     OK(call_project_poses(&given));
     CHECK(memcmp(first, line_integrals, sizeof first) == 0);
     CHECK(strstr(drr_last_error_message(), "factors") != NULL); /* success leaves the last message alone */
+    if (destroy_live_pose_gradients() || destroy_live_transforms() || destroy_live_parallel()) return 1;
     if (destroy_live_handles()) return 1;
     printf("PASS\n");
     return 0;

@@ -8,7 +8,8 @@
 #include "check.h"
 
 enum { NX = 4, NY = 3, NZ = 2, VOXELS = NX * NY * NZ };
-enum { WIDTH = 3, HEIGHT = 2, VIEWS = 2, IMAGES = VIEWS * HEIGHT * WIDTH, MATERIALS = 4, ENERGIES = 136 };
+enum { WIDTH = 3, HEIGHT = 2, PIXELS = WIDTH * HEIGHT, VIEWS = 2, IMAGES = VIEWS * PIXELS };
+enum { MATERIALS = 4, ENERGIES = 136 };
 
 /* What the arguments point to. Rows that are not about a table leave its pointer NULL. */
 typedef struct Pointees {
@@ -37,17 +38,24 @@ typedef struct Pointees {
     void *handle;
     DrrBackend backend;
     DrrCertificate certificate;
+    DrrParallelGeometry geometry;
+    float field[VOXELS], measured[IMAGES], jacobian[6 * PIXELS];
+    double field_f64[VOXELS], measured_f64[IMAGES], jacobian_f64[6 * PIXELS];
+    double parameters[6 * VIEWS], lengths[2 * PIXELS], loss, gradient[6], hessian[36];
+    uint8_t mask[PIXELS];
 } Pointees;
 
 /* One member per parameter name of the header; functions read those that they have. */
 typedef struct Given {
     void *options, *context, *descriptor, *hu, *labels, *texture, *volume, *scene, *projector, *centre, *pose, *uniforms,
         *views, *poses, *outputs, *weights, *coefficients, *factors, *queue, *backend,
-        *certificate, *exposure;
+        *certificate, *exposure, *geometry, *parallel, *transform, *pose_gradient, *pivot, *parameters, *measured,
+        *mask, *lengths, *loss, *gradient, *hessian, *image, *jacobian, *images;
     const char *name;
-    double angle_degrees, source_axis_mm, source_detector_mm, pixel_mm, first_energy_kev, energy_step_kev;
+    double angle_degrees, source_axis_mm, source_detector_mm, pixel_mm, first_energy_kev, energy_step_kev, step_voxels;
     size_t width, height, energy_count, view_count;
     DrrAlgorithm algorithm;
+    DrrPoseSignal signal;
     Pointees to;
 } Given;
 
@@ -59,6 +67,12 @@ static struct Handles {
     DrrVolume *volume, *adipose;
     DrrProjector *projector, *boneless, *monoenergetic, *unstepped, *vast, *focused;
     DrrExposure *exposure, *boneless_exposure;
+    DrrParallel *parallel;
+    DrrParallelF64 *parallel_f64;
+    DrrRayTransform *transform;
+    DrrRayTransformF64 *transform_f64;
+    DrrPoseGradient *pose_gradient;
+    DrrPoseGradientF64 *pose_gradient_f64;
 } live;
 
 /* Every voxel size and distance is a power of two: what is made from them is exact. */

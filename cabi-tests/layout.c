@@ -33,11 +33,13 @@ int main(void) {
     DrrScene scene;
     DrrOutputs outputs;
     DrrReferenceOutputs reference;
+    DrrParallelGeometry geometry;
     OK(drr_context_options_init(&options));
     OK(drr_volume_descriptor_init(&descriptor));
     OK(drr_scene_init(&scene));
     OK(drr_outputs_init(&outputs));
     OK(drr_reference_outputs_init(&reference));
+    OK(drr_parallel_geometry_init(&geometry));
     CHECK(options.struct_size == sizeof options && scene.struct_size == sizeof scene);
 
     /* Fields at the end of each struct carry their defaults: nothing is shifted. */
@@ -58,6 +60,9 @@ int main(void) {
     CHECK(scene.focal_spot_width_mm == 0.0 && scene.focal_spot_height_mm == 0.0 && scene.fill_factor == 1.0);
     CHECK(scene.photons_per_pixel == 0.0 && scene.electronic_noise_photons == 0.0 && scene.noise_seed == 0);
     CHECK(scene.scatter_photons == 40000 && scene.scatter_seed == 0);
+    CHECK(geometry.struct_size == sizeof geometry && geometry.spacing[2] == 1.0 && geometry.centre[2] == 0.0);
+    CHECK(geometry.pixel[1] == 1.0 && geometry.detector_centre[1] == 0.0 && geometry.step == 0.0);
+    CHECK(geometry.steps == 0 && geometry.quadrature == DRR_PARALLEL_STEPS);
     CHECK(outputs.bone_path_mm == NULL && reference.bone_path_mm == NULL);
 
     /* Column-major: the translation is the last column. The source goes to (0, 0, *, 0). */

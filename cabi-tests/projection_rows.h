@@ -215,10 +215,10 @@ static const Row projection_rows[] = {
     PROJECTION_ROWS(&reference_project, reference_outputs, "8 bytes"),
     POINTER_ROWS(&reference_project, poses, poses, "8 bytes"),
     POSE_ROWS(&reference_project, "poses[1]"),
-    {&reference_project, "algorithm", "unknown", NULL, PUT(algorithm, DrrAlgorithm, 4), INVALID, "algorithm is 4;",
-     "DRR_ALGORITHM constants, 0 … 3"},
+    {&reference_project, "algorithm", "unknown", NULL, PUT(algorithm, DrrAlgorithm, 5), INVALID, "algorithm is 5;",
+     "DRR_ALGORITHM constants, 0 … 4"},
     {&reference_project, "algorithm", "unknown", NULL, PUT(algorithm, DrrAlgorithm, UINT32_MAX), INVALID,
-     "algorithm is 4294967295;", "DRR_ALGORITHM constants, 0 … 3"},
+     "algorithm is 4294967295;", "DRR_ALGORITHM constants, 0 … 4"},
     {&reference_project, "scene.step_voxels", "zero", march_without_step, PUT(algorithm, DrrAlgorithm, 1), INVALID,
      "scene.step_voxels is 0;", "0.015625 … 8 voxels"},
 

@@ -88,7 +88,7 @@ static void volume_destroyed(Given *g) {
     {f, "descriptor.index_to_world", kind, setting, change, INVALID,                                                \
      "descriptor.index_to_world is singular (ratio",                                                                \
      "|det|/(product of column norms) ≥ 1e-6"}
-#define PLACE_ROWS(f)                                                                           \
+#define GRID_ROWS(f)                                                                                                \
     {f, "context", "NULL", NULL, POINT(context, NULL), INVALID, "context is NULL;", "a DrrContext"},                \
     {f, "context", "misaligned", context_askew, NOTHING, INVALID, "context is 0x", "a DrrContext"},                 \
     {f, "context", "foreign", context_foreign, NOTHING, INVALID, "context is no such handle;", "a DrrContext"},     \
@@ -121,8 +121,8 @@ static void volume_destroyed(Given *g) {
     {f, "descriptor.thresholds", "unknown", NULL, PUT(to.descriptor.thresholds, uint32_t, 4), INVALID,              \
      "descriptor.thresholds is 4;", "DRR_THRESHOLDS constants, 0 … 3"},                                             \
     {f, "descriptor.thresholds", "unknown", NULL, PUT(to.descriptor.thresholds, uint32_t, UINT32_MAX), INVALID,     \
-     "descriptor.thresholds is 4294967295;", "DRR_THRESHOLDS constants, 0 … 3"},                                    \
-    POINTER_ROWS(f, volume, handle, "8 bytes")
+     "descriptor.thresholds is 4294967295;", "DRR_THRESHOLDS constants, 0 … 3"}
+#define PLACE_ROWS(f) GRID_ROWS(f), POINTER_ROWS(f, volume, handle, "8 bytes")
 #define VOXELS_ROWS(f, voxels, alignment)                                                                           \
     {f, "hu", "NULL", NULL, POINT(hu, NULL), INVALID, "hu is NULL;", "a pointer to 24 values"},                     \
     {f, "hu", "misaligned", NULL, ASKEW(hu, voxels), INVALID, "hu is 0x", "aligned to " alignment},                 \

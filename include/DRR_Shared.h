@@ -617,6 +617,10 @@ typedef struct DrrScene {
 /// The trilinear field integrated exactly. DRR_BACKEND_REFERENCE and drr_reference_project only.
 #define DRR_ALGORITHM_EXACT 3
 
+/// Mean of the voxels of each slice of the driving axis that the pixel covers (De Man and Basu 2004). DRR_BACKEND_REFERENCE,
+/// DRR_BACKEND_CPU and drr_reference_project only.
+#define DRR_ALGORITHM_DISTANCE_DRIVEN 4
+
 /// Fills `*scene` with the defaults and its size. Fails for NULL. Any thread.
 DrrStatus drr_scene_init(struct DrrScene *scene);
 
@@ -910,6 +914,378 @@ DrrStatus drr_reference_project(const DrrProjector *projector,
                                 const DrrDetectorPose *poses,
                                 size_t view_count,
                                 const DrrReferenceOutputs *outputs);
+
+/// How a parallel ray is integrated: one of the DRR_PARALLEL constants. Other values are refused.
+typedef uint32_t DrrParallelQuadrature;
+
+/// Volume, detector and steps of a parallel beam, which runs along +y. Fill it with drr_parallel_geometry_init, then set
+/// `dimensions`, the detector's columns and rows, and what else should differ.
+///
+/// World x and z are along the detector's columns and rows: pixel (u, v), u = column, sees x = detector_centre[0] +
+/// (u - (detector_columns - 1) / 2) x pixel[0], and z likewise from v. Step k is at y = centre[1] + (k - (steps - 1) / 2) x
+/// step. Beyond the outermost voxel centres the field falls to 0 within one voxel.
+typedef struct DrrParallelGeometry {
+    /// Set by drr_parallel_geometry_init.
+    size_t struct_size;
+    /// Voxels along i, j, k: each 1 to 32768, at most 2^32 in all. Voxel (i, j, k) is at
+    /// (k x dimensions[1] + j) x dimensions[0] + i. Default 0, which is refused.
+    size_t dimensions[3];
+    /// Distances of voxel centres along x, y, z, mm, 1e-9 to 1e6. Default 1.
+    double spacing[3];
+    /// The volume's centre before it moves, mm, up to 1e10. Default 0.
+    double centre[3];
+    /// Pixels per row, 1 to 32768. Default 0, which is refused.
+    size_t detector_columns;
+    /// Rows, 1 to 32768. Default 0, which is refused.
+    size_t detector_rows;
+    /// Distances of pixel centres along a row and from row to row, mm, 1e-9 to 1e6. Default 1.
+    double pixel[2];
+    /// x and z of the detector's centre, mm, up to 1e10. Default 0.
+    double detector_centre[2];
+    /// From one sample of a ray to the next, mm, 1e-9 to 1e6; not read for DRR_PARALLEL_EXACT. Default 0: spacing[1].
+    double step;
+    /// Samples of a ray, at most 2^20; not read for DRR_PARALLEL_EXACT. Default 0: as many as cover the volume's height,
+    /// dimensions[1] x spacing[1] / step, rounded up.
+    uint32_t steps;
+    /// Default DRR_PARALLEL_STEPS.
+    DrrParallelQuadrature quadrature;
+} DrrParallelGeometry;
+
+/// Samples of the trilinear field at equal steps, times the step.
+#define DRR_PARALLEL_STEPS 0
+
+/// The trilinear field integrated exactly. Needs no step.
+#define DRR_PARALLEL_EXACT 1
+
+/// Fills `*geometry` with the defaults and its size. Fails for NULL. Any thread.
+DrrStatus drr_parallel_geometry_init(struct DrrParallelGeometry *geometry);
+
+/// One volume before a parallel beam, in float32: images of it as it moves rigidly, and their derivatives. Immutable: any
+/// number of threads may use one at once. Keeps its context alive.
+///
+/// A view has five parameters: alpha, beta, phi, rotations about x, y (the beam) and z, RADIANS, up to 100, right-handed;
+/// dx, dz, translations, mm, up to 1e10. The point q of the volume is then at R q + (dx, 0, dz) with R = R_y(beta) R_x(alpha)
+/// R_z(phi), about the world's origin. A motion along the beam would change nothing.
+typedef struct DrrParallel DrrParallel;
+
+/// Makes a projector of `volume`: one value per voxel, finite, for instance attenuation per mm. It is copied.
+///
+/// Geometry and volume are only read during the call. On success `*parallel` is a new handle, to be given to
+/// drr_parallel_destroy; on failure `*parallel` is left as it is. Fails with DRR_STATUS_INVALID_ARGUMENT,
+/// DRR_STATUS_OUT_OF_MEMORY, or what the context's engine adds to that. Any thread; nobody may write to the inputs during
+/// the call.
+DrrStatus drr_parallel_create(const DrrContext *context,
+                              const DrrParallelGeometry *geometry,
+                              const float *volume,
+                              struct DrrParallel **parallel);
+
+/// Gives a projector up. NULL is nothing. As drr_context_destroy.
+DrrStatus drr_parallel_destroy(struct DrrParallel *parallel);
+
+/// The image of one view: line integrals, mm times the volume's unit. Pixel (u, v), u = column, is at
+/// v x detector_columns + u, as in everything that has one value per pixel.
+///
+/// `parameters` are 5: alpha, beta, phi (radians), dx, dz (mm). `mask` is one byte per pixel, 0 for rays that do not count:
+/// their pixels are 0; NULL for all; at least one must count. `lengths` are two numbers per pixel, mm: of pixel p the part of
+/// the ray from y = lengths[2 x p] to y = lengths[2 x p + 1] counts, of the step at either end the part inside; NULL for all
+/// of the ray.
+///
+/// Inputs are only read during the call; `image` is written on success only. Fails with DRR_STATUS_INVALID_ARGUMENT,
+/// DRR_STATUS_OUT_OF_MEMORY, or DRR_STATUS_DEVICE when a GPU fails. Any thread, also with one projector from many at once.
+/// The same call gives the same bytes for any number of threads.
+DrrStatus drr_parallel_forward_project_view(const struct DrrParallel *parallel,
+                                            const double *parameters,
+                                            const uint8_t *mask,
+                                            const double *lengths,
+                                            float *image);
+
+/// The images of `view_count` views, 1 to DRR_MAX_VIEWS: parameter n of view i is parameters[5 x i + n], and pixel (u, v)
+/// of its image is at (i x detector_rows + v) x detector_columns + u.
+///
+/// Otherwise as drr_parallel_forward_project_view of every ray.
+DrrStatus drr_parallel_batch_forward_project(const struct DrrParallel *parallel,
+                                             const double *parameters,
+                                             size_t view_count,
+                                             float *images);
+
+/// The transpose of drr_parallel_batch_forward_project, A: the volume A^T b of `images` b, one finite value per pixel of
+/// every view, for which the scalar product of A x with b is that of x with A^T b for every volume x. In the images' unit,
+/// times mm; what volume the handle was made of does not matter. `volume` is a place for one value per voxel.
+///
+/// Otherwise as drr_parallel_batch_forward_project; fails with DRR_STATUS_UNSUPPORTED on an engine that has no adjoint.
+DrrStatus drr_parallel_adjoint(const struct DrrParallel *parallel,
+                               const double *parameters,
+                               size_t view_count,
+                               const float *images,
+                               float *volume);
+
+/// What a step of Gauss and Newton needs, in one pass: with r = image - measured over the rays that count, and J = its
+/// derivatives with respect to the five parameters, `*loss` is the sum of r^2, halved; gradient[n] the derivative of the
+/// loss with respect to parameter n, which is the n-th entry of J^T r; hessian[5 x m + n] that of J^T J. Per radian, per mm.
+///
+/// `measured` is an image, finite where rays count, and not read elsewhere. `loss` is a place for 1 number, `gradient` for
+/// 5, `hessian` for 25, or NULL.
+///
+/// Otherwise as drr_parallel_forward_project_view.
+DrrStatus drr_parallel_view_loss_value_and_grad(const struct DrrParallel *parallel,
+                                                const double *parameters,
+                                                const float *measured,
+                                                const uint8_t *mask,
+                                                const double *lengths,
+                                                double *loss,
+                                                double *gradient,
+                                                double *hessian);
+
+/// The image of one view and its derivatives with respect to the five parameters, per radian and per mm: that of pixel
+/// (u, v) with respect to parameter n is at (n x detector_rows + v) x detector_columns + u. `image` may be NULL.
+///
+/// Otherwise as drr_parallel_forward_project_view.
+DrrStatus drr_parallel_view_jacobian(const struct DrrParallel *parallel,
+                                     const double *parameters,
+                                     const uint8_t *mask,
+                                     const double *lengths,
+                                     float *image,
+                                     float *jacobian);
+
+/// As DrrParallel, in float64. The two are different types, so that a program that mixes them is not compiled; a handle
+/// that is cast is refused.
+typedef struct DrrParallelF64 DrrParallelF64;
+
+/// As drr_parallel_create, in float64.
+DrrStatus drr_parallel_create_f64(const DrrContext *context,
+                                  const DrrParallelGeometry *geometry,
+                                  const double *volume,
+                                  struct DrrParallelF64 **parallel);
+
+/// As drr_parallel_destroy, in float64.
+DrrStatus drr_parallel_destroy_f64(struct DrrParallelF64 *parallel);
+
+/// As drr_parallel_forward_project_view, in float64.
+DrrStatus drr_parallel_forward_project_view_f64(const struct DrrParallelF64 *parallel,
+                                                const double *parameters,
+                                                const uint8_t *mask,
+                                                const double *lengths,
+                                                double *image);
+
+/// As drr_parallel_batch_forward_project, in float64.
+DrrStatus drr_parallel_batch_forward_project_f64(const struct DrrParallelF64 *parallel,
+                                                 const double *parameters,
+                                                 size_t view_count,
+                                                 double *images);
+
+/// As drr_parallel_adjoint, in float64.
+DrrStatus drr_parallel_adjoint_f64(const struct DrrParallelF64 *parallel,
+                                   const double *parameters,
+                                   size_t view_count,
+                                   const double *images,
+                                   double *volume);
+
+/// As drr_parallel_view_loss_value_and_grad, in float64.
+DrrStatus drr_parallel_view_loss_value_and_grad_f64(const struct DrrParallelF64 *parallel,
+                                                    const double *parameters,
+                                                    const double *measured,
+                                                    const uint8_t *mask,
+                                                    const double *lengths,
+                                                    double *loss,
+                                                    double *gradient,
+                                                    double *hessian);
+
+/// As drr_parallel_view_jacobian, in float64.
+DrrStatus drr_parallel_view_jacobian_f64(const struct DrrParallelF64 *parallel,
+                                         const double *parameters,
+                                         const uint8_t *mask,
+                                         const double *lengths,
+                                         double *image,
+                                         double *jacobian);
+
+/// The matrix A whose row for a pixel holds the lengths, mm, with which voxels count along the ray to it, in float32: A x
+/// are the line integrals of a volume x, and A^T b is the back-projection of images b, which is the transpose for every
+/// algorithm. The matrix is never stored. Immutable: any number of threads may use one at once. Keeps its context alive.
+///
+/// Voxel (i, j, k) is at (k x dimensions[1] + j) x dimensions[0] + i, in any unit, for instance attenuation per mm. Pixel
+/// (i, j), i = column, of view v is at (v x height + j) x width + i.
+typedef struct DrrRayTransform DrrRayTransform;
+
+/// Plans the rays from the sources of `view_count` poses, 1 to DRR_MAX_VIEWS, to the pixels of a detector of `width` x
+/// `height` pixels, each 1 to 32768, through the voxels of `descriptor`.
+///
+/// `step_voxels` is for DRR_ALGORITHM_MARCH as in DrrScene, and not read for other algorithms. The descriptor's calibration
+/// and thresholds are checked, and otherwise not read. Descriptor and poses are only read during the call.
+///
+/// On success `*transform` is a new handle, to be given to drr_ray_transform_destroy; on failure `*transform` is left as it
+/// is. Fails with DRR_STATUS_INVALID_ARGUMENT or DRR_STATUS_OUT_OF_MEMORY. Any thread; nobody may write to the inputs during
+/// the call.
+DrrStatus drr_ray_transform_create(const DrrContext *context,
+                                   const DrrVolumeDescriptor *descriptor,
+                                   const DrrDetectorPose *poses,
+                                   size_t view_count,
+                                   size_t width,
+                                   size_t height,
+                                   DrrAlgorithm algorithm,
+                                   double step_voxels,
+                                   struct DrrRayTransform **transform);
+
+/// Gives a transform up. NULL is nothing. As drr_context_destroy.
+DrrStatus drr_ray_transform_destroy(struct DrrRayTransform *transform);
+
+/// A x: the line integrals of `volume`, one finite value per voxel, in all views; mm times the volume's unit.
+///
+/// `volume` is only read during the call; `images` is written on success only. Fails with DRR_STATUS_INVALID_ARGUMENT or
+/// DRR_STATUS_OUT_OF_MEMORY. Any thread, also with one transform from many at once. The same call gives the same bytes for
+/// any number of threads.
+DrrStatus drr_ray_transform_forward(const struct DrrRayTransform *transform,
+                                    const float *volume,
+                                    float *images);
+
+/// A^T b: the back-projection of `images`, one finite value per pixel of all views. The scalar product of A x with b is
+/// that of x with A^T b, but for rounding.
+///
+/// Otherwise as drr_ray_transform_forward, the other way.
+DrrStatus drr_ray_transform_adjoint(const struct DrrRayTransform *transform,
+                                    const float *images,
+                                    float *volume);
+
+/// As DrrRayTransform, in float64. A handle of the other type is refused.
+typedef struct DrrRayTransformF64 DrrRayTransformF64;
+
+/// As drr_ray_transform_create, in float64.
+DrrStatus drr_ray_transform_create_f64(const DrrContext *context,
+                                       const DrrVolumeDescriptor *descriptor,
+                                       const DrrDetectorPose *poses,
+                                       size_t view_count,
+                                       size_t width,
+                                       size_t height,
+                                       DrrAlgorithm algorithm,
+                                       double step_voxels,
+                                       struct DrrRayTransformF64 **transform);
+
+/// As drr_ray_transform_destroy, in float64.
+DrrStatus drr_ray_transform_destroy_f64(struct DrrRayTransformF64 *transform);
+
+/// As drr_ray_transform_forward, in float64.
+DrrStatus drr_ray_transform_forward_f64(const struct DrrRayTransformF64 *transform,
+                                        const double *volume,
+                                        double *images);
+
+/// As drr_ray_transform_adjoint, in float64.
+DrrStatus drr_ray_transform_adjoint_f64(const struct DrrRayTransformF64 *transform,
+                                        const double *images,
+                                        double *volume);
+
+/// One volume before one detector, samples in float32: images as the object moves rigidly, and their derivatives, through
+/// spectrum and detector. Runs on the context's CPU threads. Immutable: any number of threads may use one at once. Keeps its
+/// volume and its context alive.
+///
+/// A motion has six parameters: alpha, beta, phi, rotations about x, y and z, RADIANS, up to 100, right-handed; then the
+/// translation t along x, y and z, mm, up to 1e10. It takes x to R (x - pivot) + pivot + t with R = R_y(beta) R_x(alpha)
+/// R_z(phi); source and detector stay.
+typedef struct DrrPoseGradient DrrPoseGradient;
+
+/// What an image holds: one of the DRR_SIGNAL constants. Other values are refused.
+typedef uint32_t DrrPoseSignal;
+
+/// p = -ln(I / I0), of what the detector sees.
+#define DRR_SIGNAL_LINE_INTEGRAL 0
+
+/// I, in the units of the spectrum.
+#define DRR_SIGNAL_INTENSITY 1
+
+/// Plans `scene` for `volume`: its spectrum, all energies of it, its detector's response, materials, algorithm and rays per
+/// pixel. A scene with effects, a second detector layer, a tolerance or DRR_ALGORITHM_DISTANCE_DRIVEN is
+/// DRR_STATUS_UNSUPPORTED, as is a volume in a texture. With DRR_ALGORITHM_SIDDON derivatives jump from ray to ray.
+///
+/// `pivot`, 3 values, world mm, up to 1e10, is the point that the object turns about; NULL for the volume's centre. The
+/// inputs are only read during the call. On success `*pose_gradient` is a new handle, to be given to
+/// drr_pose_gradient_destroy; on failure `*pose_gradient` is left as it is. Fails with DRR_STATUS_INVALID_ARGUMENT,
+/// DRR_STATUS_UNSUPPORTED or DRR_STATUS_OUT_OF_MEMORY. Any thread; nobody may write to the inputs during the call.
+DrrStatus drr_pose_gradient_create(const DrrVolume *volume,
+                                   const DrrScene *scene,
+                                   const double *pivot,
+                                   struct DrrPoseGradient **pose_gradient);
+
+/// Gives a pose gradient up. NULL is nothing. As drr_context_destroy.
+DrrStatus drr_pose_gradient_destroy(struct DrrPoseGradient *pose_gradient);
+
+/// The image of the object after a motion, seen from one pose: pixel (i, j), i = column, is at j x detector_width + i, as in
+/// everything that has one value per pixel. `parameters` are 6: alpha, beta, phi (radians), then the translation (mm).
+///
+/// Inputs are only read during the call; `image` is written on success only. Fails with DRR_STATUS_INVALID_ARGUMENT or
+/// DRR_STATUS_OUT_OF_MEMORY. Any thread, also with one handle from many at once. The same call gives the same bytes for any
+/// number of threads.
+DrrStatus drr_pose_gradient_project(const struct DrrPoseGradient *pose_gradient,
+                                    const DrrDetectorPose *pose,
+                                    const double *parameters,
+                                    DrrPoseSignal signal,
+                                    float *image);
+
+/// What a step of Gauss and Newton needs, in one pass: with r = image - measured over the pixels that count, and J = its
+/// derivatives with respect to the six parameters, `*loss` is the sum of r^2, halved; gradient[n] the derivative of the loss
+/// with respect to parameter n, which is the n-th entry of J^T r; hessian[6 x m + n] that of J^T J. Per radian, per mm. Sums
+/// over several poses are those of one problem.
+///
+/// `measured` is an image, finite where pixels count, and not read elsewhere. `mask` is one byte per pixel, 0 for those that
+/// do not count; NULL for all; at least one must count. `loss` is a place for 1 number, `gradient` for 6, `hessian` for 36,
+/// or NULL.
+///
+/// Otherwise as drr_pose_gradient_project.
+DrrStatus drr_pose_gradient_loss_value_and_grad(const struct DrrPoseGradient *pose_gradient,
+                                                const DrrDetectorPose *pose,
+                                                const double *parameters,
+                                                DrrPoseSignal signal,
+                                                const float *measured,
+                                                const uint8_t *mask,
+                                                double *loss,
+                                                double *gradient,
+                                                double *hessian);
+
+/// The image and its derivatives with respect to the six parameters, per radian and per mm: that of pixel (i, j) with
+/// respect to parameter n is at (n x detector_height + j) x detector_width + i. `image` may be NULL.
+///
+/// Otherwise as drr_pose_gradient_project.
+DrrStatus drr_pose_gradient_jacobian(const struct DrrPoseGradient *pose_gradient,
+                                     const DrrDetectorPose *pose,
+                                     const double *parameters,
+                                     DrrPoseSignal signal,
+                                     float *image,
+                                     float *jacobian);
+
+/// As DrrPoseGradient, in float64. A handle of the other type is refused.
+typedef struct DrrPoseGradientF64 DrrPoseGradientF64;
+
+/// As drr_pose_gradient_create, in float64.
+DrrStatus drr_pose_gradient_create_f64(const DrrVolume *volume,
+                                       const DrrScene *scene,
+                                       const double *pivot,
+                                       struct DrrPoseGradientF64 **pose_gradient);
+
+/// As drr_pose_gradient_destroy, in float64.
+DrrStatus drr_pose_gradient_destroy_f64(struct DrrPoseGradientF64 *pose_gradient);
+
+/// As drr_pose_gradient_project, in float64.
+DrrStatus drr_pose_gradient_project_f64(const struct DrrPoseGradientF64 *pose_gradient,
+                                        const DrrDetectorPose *pose,
+                                        const double *parameters,
+                                        DrrPoseSignal signal,
+                                        double *image);
+
+/// As drr_pose_gradient_loss_value_and_grad, in float64.
+DrrStatus drr_pose_gradient_loss_value_and_grad_f64(const struct DrrPoseGradientF64 *pose_gradient,
+                                                    const DrrDetectorPose *pose,
+                                                    const double *parameters,
+                                                    DrrPoseSignal signal,
+                                                    const double *measured,
+                                                    const uint8_t *mask,
+                                                    double *loss,
+                                                    double *gradient,
+                                                    double *hessian);
+
+/// As drr_pose_gradient_jacobian, in float64.
+DrrStatus drr_pose_gradient_jacobian_f64(const struct DrrPoseGradientF64 *pose_gradient,
+                                         const DrrDetectorPose *pose,
+                                         const double *parameters,
+                                         DrrPoseSignal signal,
+                                         double *image,
+                                         double *jacobian);
 
 /// Fills `weights` with `energy_count` relative photons of a built-in X-ray tube, for the energies
 /// first_energy_kev + k x energy_step_kev, whole keV from 15 to 150. Over all 136 energies they sum to 1.

@@ -17,6 +17,7 @@ using namespace metal;
 #define DRR_THREAD thread
 #define DRR_RESTRICT
 #define DRR_UNROLL _Pragma("unroll")
+#define DRR_UNROLL_FOUR _Pragma("unroll 4")
 #define DRR_FUNCTION static inline
 #define DRR_METHOD inline
 typedef long DrrLong;
@@ -61,6 +62,7 @@ typedef unsigned long long DrrUlong;
 #define DRR_THREAD
 #define DRR_RESTRICT __restrict__
 #define DRR_UNROLL _Pragma("unroll")
+#define DRR_UNROLL_FOUR _Pragma("unroll 4")
 #define DRR_FUNCTION static __device__ __forceinline__
 #define DRR_METHOD __device__ __forceinline__
 DRR_FUNCTION float drr_fma(float a, float b, float c) { return __fmaf_rn(a, b, c); }
@@ -106,6 +108,7 @@ typedef std::uint64_t DrrUlong;
 #define DRR_THREAD
 #define DRR_RESTRICT __restrict__
 #define DRR_UNROLL
+#define DRR_UNROLL_FOUR
 #define DRR_FUNCTION static inline
 #define DRR_METHOD inline
 DRR_FUNCTION float drr_fma(float a, float b, float c) { return std::fma(a, b, c); }

@@ -2,7 +2,7 @@
 #ifndef DRR_SUMS_H
 #define DRR_SUMS_H
 
-#include "position.h"
+#include "courses.h"
 
 // DRR_LABELS has bit m set when voxels with label m can attenuate. With DRR_ONE_LABEL they are all that the volume
 // holds, and nothing has to be told apart.

@@ -2,7 +2,7 @@
 #ifndef DRR_VACUUM_H
 #define DRR_VACUUM_H
 
-#include "position.h"
+#include "courses.h"
 
 // Voxels along each side of a brick.
 #define DRR_BRICK 8

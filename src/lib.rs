@@ -40,6 +40,7 @@
 //! ```
 
 pub mod accuracy;
+pub mod alignment;
 mod allocation;
 pub mod capi;
 mod context;
@@ -51,20 +52,28 @@ mod exposure;
 pub mod formats;
 pub mod geometry;
 mod least_squares;
+pub mod levenberg_marquardt;
 mod linear_operator;
 mod method;
 mod normal_equations;
 pub mod parallel;
 pub mod phantom;
 pub mod physics;
+mod pixel_blocks;
 pub mod plan;
 pub mod planner;
+pub mod pose_gradient;
 mod projector;
+pub mod ray_transform;
 pub mod raycast;
 mod real;
+pub mod reconstruction;
+pub mod registration;
 mod scene;
 pub mod shared;
 mod tolerance;
+mod values;
+mod vector;
 pub mod volume;
 
 pub use context::{Context, MAX_THREADS};
@@ -74,6 +83,7 @@ pub use linear_operator::LinearOperator;
 pub use method::{Accumulation, Algorithm, Energies, FEW_ENERGIES_RANGE, Method, STEP_RANGE, Storage};
 pub use normal_equations::NormalEquations;
 pub use projector::{Projector, ViewRequest};
+pub use ray_transform::RayTransform;
 pub use real::Real;
 pub use scene::{MAX_DETECTOR, MAX_DETECTOR_LAYERS, MAX_SUPERSAMPLING, Scene};
 pub use tolerance::Tolerance;

@@ -23,6 +23,10 @@ pub enum Algorithm {
     },
     /// Exact lengths through voxels of constant value (Siddon, Med Phys 12(2), 252, 1985).
     Siddon,
+    /// Mean of the voxels of each slice of the driving axis that the pixel covers, mapped along its rays: exact for voxels of
+    /// constant value and a pixel whose sides lie along theirs (De Man and Basu, Phys Med Biol 49, 2463, 2004). What of
+    /// it is beyond the volume counts for the outermost voxels. Engines `reference` and `cpu` only.
+    DistanceDriven,
     /// The interpolated field integrated exactly, cell by cell. Reference engine only.
     Exact,
 }
@@ -45,6 +49,7 @@ impl Algorithm {
             Self::Joseph => "joseph",
             Self::March { .. } => "march",
             Self::Siddon => "siddon",
+            Self::DistanceDriven => "distance_driven",
             Self::Exact => "exact",
         }
     }

@@ -7,7 +7,8 @@ pub struct NormalEquations<const N: usize> {
     pub loss: f64,
     /// `Jᵀr`, which is ∂loss/∂θ.
     pub gradient: [f64; N],
-    /// `JᵀJ`, symmetric.
+    /// `JᵀJ`, symmetric: the loss's second derivatives but for those of the residuals, which is Gauss and Newton's
+    /// approximation of them (Nocedal & Wright, Numerical Optimization, 2nd ed. 2006, §10.3).
     pub hessian: [[f64; N]; N],
     /// Number of residuals.
     pub rays: usize,

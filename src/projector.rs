@@ -49,11 +49,22 @@ pub struct ViewRequest {
     /// GPU addresses of such tables, spectrum and mass attenuation, which the engine `metal` reads in
     /// [`Projector::encode`]; 0: none.
     pub lut_addresses: [DrrAddress; 2],
+    /// Pixels from one ray of the view to the next, at least 1: more where it has only some pixels of a detector, every
+    /// `stride`th of every `stride`th row. They are that much narrower than their distances, for algorithms that ask.
+    pub stride: usize,
 }
 
 impl From<View> for ViewRequest {
     fn from(view: View) -> Self {
-        Self { view, early_exit: false, spectral: None, lut_addresses: [0, 0] }
+        Self { view, early_exit: false, spectral: None, lut_addresses: [0, 0], stride: 1 }
+    }
+}
+
+impl ViewRequest {
+    /// # Errors
+    /// `InvalidArgument` for a stride of 0.
+    pub(crate) fn checked_stride(&self) -> Result<usize> {
+        if self.stride == 0 { Err(Error::invalid("stride", 0, "at least 1")) } else { Ok(self.stride) }
     }
 }
 
@@ -334,6 +345,7 @@ impl Projector {
             spectral.as_ref().map_or(Ok(()), |model| check_i0(model.i0()))?;
             self.check_addresses(request.lut_addresses)?;
             let beam = Beam::new(&request.view, self.volume.grid(), self.scene.detector)?;
+            let beam = beam.of_parts(request.checked_stride()?);
             let lut_addresses = request.lut_addresses;
             Ok(ViewJob { beam, early_exit: request.early_exit, spectral, lut_addresses })
         };

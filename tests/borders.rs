@@ -26,6 +26,7 @@ fn every_algorithm() -> Vec<(Backend, Algorithm)> {
         Algorithm::March { step: 0.37 },
         Algorithm::March { step: 8.0 },
         Algorithm::Siddon,
+        Algorithm::DistanceDriven,
     ];
     let mut all: Vec<_> = fast.iter().flat_map(|&a| [(Backend::Cpu, a), (Backend::Reference, a)]).collect();
     all.push((Backend::Reference, Algorithm::Exact));

@@ -69,7 +69,8 @@ fn every_case_holds_on_every_engine_with_every_algorithm() {
         assert!(cases.keys().any(|(of, _)| *of == family), "family {family} is without a case");
     }
     let algorithms = |engine: Backend| match engine {
-        Backend::Reference => &["exact", "joseph", "march", "siddon"][..],
+        Backend::Reference => &["distance_driven", "exact", "joseph", "march", "siddon"][..],
+        Backend::Cpu => &["distance_driven", "joseph", "march", "siddon"],
         _ => &["joseph", "march", "siddon"],
     };
     let every: BTreeSet<_> = engines.iter().flat_map(|&engine| pairs(engine, algorithms(engine))).collect();
@@ -100,7 +101,7 @@ fn the_page_lists_every_family() {
 fn cases_are_chosen_by_family_and_by_name() {
     let one = check(&["--only", "ten voxels along x", "--engine", "cpu,reference"]);
     let table = String::from_utf8(one.stdout).expect("text");
-    assert_eq!(table.lines().filter(|line| line.ends_with("holds")).count(), 7, "{table}");
+    assert_eq!(table.lines().filter(|line| line.ends_with("holds")).count(), 9, "{table}");
     let second: Value = serde_json::from_slice(&check(&["--json", "--family", "2,9"]).stdout).expect("JSON");
     let families: BTreeSet<_> =
         second["rows"].as_array().expect("rows").iter().map(|row| row["family"].as_u64()).collect();

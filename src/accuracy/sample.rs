@@ -88,7 +88,7 @@ impl Sample {
     /// The views of the first replicate, those of the second, …, with the chosen pixels alone. All their rays go as far to
     /// the right and down of these pixels' centres as `shift` says, pixels.
     pub fn views(&self, shift: [f64; 2]) -> Vec<ViewRequest> {
-        self.grids.iter().map(|grid| grid.view(shift, self.size).into()).collect()
+        self.grids.iter().map(|grid| grid.request(shift, self.size)).collect()
     }
 
     /// Some of its rays, each as a view of one pixel. Ray k is the one whose value is the kth of an image of all views.
@@ -98,7 +98,7 @@ impl Sample {
             let grid = &self.grids[ray / (width * height)];
             let at = [ray % width, ray / width % height];
             let first = [0, 1].map(|axis| grid.first[axis] + grid.stride * at[axis]);
-            PixelGrid { first, ..*grid }.view([0.0; 2], [1, 1]).into()
+            PixelGrid { first, ..*grid }.request([0.0; 2], [1, 1])
         };
         rays.iter().map(view).collect()
     }
@@ -132,6 +132,10 @@ fn stride([width, height]: [usize; 2], pixels: f64) -> usize {
 }
 
 impl PixelGrid {
+    fn request(&self, shift: [f64; 2], coarse: [usize; 2]) -> ViewRequest {
+        ViewRequest { stride: self.stride, ..self.view(shift, coarse).into() }
+    }
+
     /// With `coarse` = width × height pixels.
     fn view(&self, shift: [f64; 2], coarse: [usize; 2]) -> View {
         let first = [0, 1].map(|axis| self.first[axis] as f64 + shift[axis]);

@@ -2,6 +2,7 @@
 
 use std::ffi::{CStr, c_char};
 
+use crate::allocation::collected;
 use crate::error::{Error, Result};
 
 /// Checks a pointer to `count` values of type `T`.
@@ -60,6 +61,16 @@ pub(super) unsafe fn read_optional<'a, T: Copy>(
     unsafe { read_array(argument, pointer, count) }.map(Some)
 }
 
+/// The caller's mask: any byte but 0 is true. `None` for null.
+///
+/// # Safety
+/// As for [`read_array`].
+pub(super) unsafe fn read_mask(mask: *const u8, count: usize) -> Result<Option<Vec<bool>>> {
+    // SAFETY: the caller's promise is the same.
+    let mask = unsafe { read_optional("mask", mask, count)? };
+    mask.map(|mask| collected(mask.iter().map(|&byte| byte != 0), "the mask")).transpose()
+}
+
 /// Copies `values` to the caller's place, which [`check`] has seen. Nothing is copied for null.
 ///
 /// # Safety
@@ -68,6 +79,21 @@ pub(super) unsafe fn write_array<T: Copy>(place: *mut T, values: &[T]) {
     if !place.is_null() {
         // SAFETY: by the caller's promise; `values` is the library's own memory, which the caller's cannot overlap.
         unsafe { std::ptr::copy_nonoverlapping(values.as_ptr(), place, values.len()) };
+    }
+}
+
+/// Copies planes to the caller's place, one after the other.
+///
+/// # Safety
+/// As for [`write_array`], of all planes.
+pub(super) unsafe fn write_planes<T: Copy>(mut place: *mut T, planes: &[Vec<T>]) {
+    for plane in planes {
+        // SAFETY: by the caller's promise there is room for this plane and those that follow; the end of the last one is not
+        // written to.
+        unsafe {
+            write_array(place, plane);
+            place = place.add(plane.len());
+        }
     }
 }
 

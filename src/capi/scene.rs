@@ -32,6 +32,9 @@ pub const DRR_ALGORITHM_MARCH: DrrAlgorithm = 1;
 pub const DRR_ALGORITHM_SIDDON: DrrAlgorithm = 2;
 /// The trilinear field integrated exactly. DRR_BACKEND_REFERENCE and drr_reference_project only.
 pub const DRR_ALGORITHM_EXACT: DrrAlgorithm = 3;
+/// Mean of the voxels of each slice of the driving axis that the pixel covers (De Man and Basu 2004). DRR_BACKEND_REFERENCE,
+/// DRR_BACKEND_CPU and drr_reference_project only.
+pub const DRR_ALGORITHM_DISTANCE_DRIVEN: DrrAlgorithm = 4;
 
 /// What is to be simulated. Fill it with drr_scene_init, then set the detector's size and what else should differ.
 /// The tables are only read during drr_projector_create.
@@ -232,7 +235,8 @@ pub(super) fn algorithm(code: DrrAlgorithm, step: f64) -> Result<Algorithm> {
         DRR_ALGORITHM_MARCH => Ok(Algorithm::March { step }),
         DRR_ALGORITHM_SIDDON => Ok(Algorithm::Siddon),
         DRR_ALGORITHM_EXACT => Ok(Algorithm::Exact),
-        _ => Err(Error::invalid("algorithm", code, "one of the DRR_ALGORITHM constants, 0 … 3")),
+        DRR_ALGORITHM_DISTANCE_DRIVEN => Ok(Algorithm::DistanceDriven),
+        _ => Err(Error::invalid("algorithm", code, "one of the DRR_ALGORITHM constants, 0 … 4")),
     }
 }
 

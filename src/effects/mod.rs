@@ -26,12 +26,13 @@ pub use focal_spot::FocalSpot;
 pub use heel::Heel;
 pub use implant::{Implant, ImplantShape, MAX_SCREW_SECTIONS, Section};
 pub use mtf_curve::MAX_MTF_POINTS;
-pub use noise::Noise;
+pub use noise::{Noise, PhotonNoise};
 pub use scatter::Scatter;
 
 pub(crate) use convolution::convolved;
 pub(crate) use fall_off::fall_off;
 pub(crate) use implant::pieces;
+pub(crate) use noise::RowRandom;
 pub(crate) use plane::Plane;
 pub(crate) use scatter::{Beamline, ScatterCache, ScatterKernels};
 pub(crate) use sight::{Sight, Sights};

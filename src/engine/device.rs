@@ -7,6 +7,9 @@ use std::sync::Arc;
 
 #[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
 use crate::engine::cuda;
+use crate::engine::gpu::parallel::HeldField;
+#[cfg(feature = "host")]
+use crate::engine::host;
 #[cfg(target_vendor = "apple")]
 use crate::engine::metal::{self, Metal};
 use crate::engine::{Backend, Engine};
@@ -116,6 +119,27 @@ impl Device {
             Self::Cuda(device) => Ok(Box::new(cuda::Cuda::new(device.clone(), volume, scene, plan)?)),
             #[cfg(target_vendor = "apple")]
             Self::Metal(device) => Ok(Box::new(Metal::new(device, volume, scene, plan)?)),
+        }
+    }
+
+    /// A field with a border, z fastest, on this device, for parallel beams.
+    ///
+    /// # Errors
+    /// `OutOfMemory`; `Device`.
+    #[cfg_attr(
+        not(feature = "host"),
+        allow(clippy::needless_pass_by_value, reason = "the engine host keeps them")
+    )]
+    pub(crate) fn field(&self, values: Vec<f32>) -> Result<Box<dyn HeldField>> {
+        match self {
+            #[cfg(feature = "host")]
+            Self::None => Ok(Box::new(host::Parallel::new(values))),
+            #[cfg(not(feature = "host"))]
+            Self::None => unreachable!("engines of the CPU need no device: {}", values.len()),
+            #[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
+            Self::Cuda(device) => Ok(Box::new(cuda::Parallel::new(device, &values)?)),
+            #[cfg(target_vendor = "apple")]
+            Self::Metal(device) => Ok(Box::new(metal::Parallel::new(device, &values)?)),
         }
     }
 

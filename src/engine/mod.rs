@@ -9,7 +9,7 @@ mod encode;
     not(any(feature = "cuda", feature = "host", target_vendor = "apple")),
     allow(dead_code, unused_imports, reason = "none of its engines is built")
 )]
-mod gpu;
+pub(crate) mod gpu;
 #[cfg(feature = "host")]
 pub mod host;
 mod images;

@@ -9,7 +9,7 @@ use crate::engine::reference::Reference;
 use crate::exposure::Sample;
 use crate::geometry::Grid;
 use crate::physics::MAX_MATERIALS;
-use crate::raycast::{Beam, Ray};
+use crate::raycast::{Beam, Footprint, Ray};
 
 /// What implants change along one ray.
 struct Change {
@@ -20,8 +20,8 @@ struct Change {
     bone_path: f64,
 }
 
-/// Puts implants into one of some views, whose rays are the beam's: takes away what the volume has where they are, by the same algorithm in float64,
-/// and adds what they have.
+/// Puts implants into one of some views, whose rays are the beam's: takes away what the volume has where they are, by the
+/// same algorithm in float64, and adds what they have.
 pub(super) fn put<T: Sample>(
     implants: &[Implant],
     beam: &Beam,
@@ -33,12 +33,14 @@ pub(super) fn put<T: Sample>(
 ) {
     let [width, height] = images.size;
     let bone = bone.filter(|_| !images.bone_path.is_empty());
+    let footprints = beam.footprints();
     let changes: Vec<Change> = (0..height)
         .into_par_iter()
         .flat_map_iter(|row| {
             (0..width).filter_map(move |column| {
                 let ray = beam.ray(column as f64, row as f64);
-                change(implants, &ray, reference, grid, bone)
+                let footprint = footprints.of(&ray, column as f64, row as f64);
+                change(implants, &ray, &footprint, reference, grid, bone)
                     .map(|change| Change { ray: row * width + column, ..change })
             })
         })
@@ -60,6 +62,7 @@ pub(super) fn put<T: Sample>(
 fn change(
     implants: &[Implant],
     ray: &Ray,
+    footprint: &Footprint,
     reference: &Reference,
     grid: &Grid,
     bone: Option<u8>,
@@ -80,7 +83,7 @@ fn change(
         change.areal_density[usize::from(implant.material)] += 0.1 * implant.density * length;
         let inside = Ray { limits: [enter.max(ray.limits[0]), leave.min(ray.limits[1])], ..*ray };
         let Some(span) = inside.clip(grid.dimensions()) else { continue };
-        let replaced = reference.areal_density(&inside, span);
+        let replaced = reference.areal_density(&inside, footprint, span);
         change.areal_density.iter_mut().zip(replaced).for_each(|(sum, gone)| *sum -= gone);
         if bone == Some(implant.material) {
             change.bone_path += length;

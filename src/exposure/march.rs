@@ -70,18 +70,23 @@ impl March<'_> {
         caster: &(impl RayCaster<T> + ?Sized),
     ) -> Result<Shot<T>> {
         let view = &views[nth];
-        let shot = check_tables(view).and_then(|()| self.shot_of(&view.view, caster));
+        let shot = check_tables(view).and_then(|()| self.shot_of(view, caster));
         shot.map_err(|error| error.of(&format!("views[{nth}]")))
     }
 
-    fn shot_of<T: Sample>(&self, view: &View, caster: &(impl RayCaster<T> + ?Sized)) -> Result<Shot<T>> {
+    fn shot_of<T: Sample>(
+        &self,
+        request: &ViewRequest,
+        caster: &(impl RayCaster<T> + ?Sized),
+    ) -> Result<Shot<T>> {
+        let (view, stride) = (&request.view, request.checked_stride()?);
         view.validate()?;
         let (grid, n) = (self.volume.grid(), self.scene.supersampling);
         let size = self.scene.detector.map(|side| side * n);
         let points = self.points(view)?;
         let beam = |offset: [f64; 2]| {
             let view = if offset == [0.0; 2] { *view } else { from_point(view, offset)? };
-            Beam::new(&on_ray_grid(&view, n), grid, size)
+            Ok(Beam::new(&on_ray_grid(&view, n), grid, size)?.of_parts(stride))
         };
         let beams = points.iter().map(|(offset, _)| beam(*offset)).collect::<Result<Vec<_>>>()?;
         let job =

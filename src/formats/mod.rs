@@ -19,6 +19,7 @@ mod replacement;
 mod slices;
 mod tables;
 mod text;
+mod views;
 
 use std::path::Path;
 
@@ -34,9 +35,10 @@ pub use labels::{LabelReader, open_labels};
 pub use nifti::{NiftiCt, NiftiLabels, NiftiVoxel, NiftiWriter};
 pub use picture::{Picture, radiograph};
 pub use png::{write_png_gray8, write_png_gray16, write_png_rgb8};
-pub use raw::{RawCt, RawLabels, RawLayout, write_raw_f32, write_raw_f64};
+pub use raw::{RawCt, RawLabels, RawLayout, read_raw_f32, write_raw_f32, write_raw_f64};
 pub use tables::{Column, Table, read_detector, read_materials, read_spectrum};
 pub use text::write_text;
+pub use views::{VIEW_COLUMNS, read_views, write_views};
 
 /// A result whose error is the reason alone; the caller adds the path.
 type Checked<T> = std::result::Result<T, String>;

@@ -1,7 +1,7 @@
 //! Line integrals as a picture for people.
 
 use crate::error::Result;
-use crate::formats::mosaic;
+use crate::formats::{ColourPicture, mosaic};
 
 /// The window runs between these fractions of the pixels that hit anything: a few metal or grazing pixels must not
 /// decide what the rest looks like.
@@ -24,6 +24,12 @@ impl Picture {
     /// The pixels in 8 bits.
     pub fn to_gray8(&self) -> Vec<u8> {
         self.pixels.iter().map(|&v| ((u32::from(v) * 255 + 32767) / 65535) as u8).collect()
+    }
+
+    /// The same picture in colours that are grey, of 8 bits.
+    pub fn to_colour(&self) -> ColourPicture {
+        let pixels = self.to_gray8().into_iter().map(|grey| [grey; 3]).collect();
+        ColourPicture { width: self.width, height: self.height, pixels }
     }
 }
 
@@ -92,6 +98,8 @@ mod tests {
         let row = [0, 0, 0, GAP, GAP, u16::MAX, u16::MAX, u16::MAX];
         assert_eq!(picture.pixels, [row, row].concat());
         assert_eq!(picture.to_gray8()[2..6], [0, 127, 127, 255]);
+        let colour = picture.to_colour();
+        assert_eq!((colour.width, colour.pixel(4, 0), colour.pixel(5, 1)), (8, [127; 3], [255; 3]));
     }
 
     #[test]

@@ -1,12 +1,12 @@
 //! Raw little-endian arrays without a header.
 
 use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::{BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
-use crate::allocation::grow;
+use crate::allocation::{grow, reserved};
 use crate::error::Result;
 use crate::formats::replacement::Replacement;
 use crate::formats::slices::SliceStream;
@@ -89,6 +89,27 @@ impl LabelReader for RawLabels {
     }
 }
 
+/// Reads so many little-endian float32 values.
+///
+/// # Errors
+/// `File` for a file of another size; `OutOfMemory`.
+pub fn read_raw_f32(path: &Path, count: usize) -> Result<Vec<f32>> {
+    let mut file = BufReader::new(File::open(path).map_err(|e| file_error(path, e))?);
+    let actual = std::fs::metadata(path).map_err(|e| file_error(path, e))?.len();
+    let expected = (count * size_of::<f32>()) as u64;
+    if actual != expected {
+        let reason = format!("has {actual} bytes, but {count} values of 4 bytes are {expected} bytes");
+        return Err(file_error(path, reason));
+    }
+    let mut values = reserved(count, "the values of a file")?;
+    let mut bytes = [0; size_of::<f32>()];
+    for _ in 0..count {
+        file.read_exact(&mut bytes).map_err(|e| file_error(path, e))?;
+        values.push(f32::from_le_bytes(bytes));
+    }
+    Ok(values)
+}
+
 /// Writes float32 values, little-endian, in the order given.
 pub fn write_raw_f32(path: &Path, values: &[f32]) -> Result<()> {
     write(path, values, f32::to_le_bytes)
@@ -129,6 +150,16 @@ fn open_slices(path: &Path, grid: &Grid, voxel_bytes: usize) -> Result<SliceStre
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_written_is_read() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let values = [1.5, -0.0, f32::INFINITY, 1e-40];
+        write_raw_f32(file.path(), &values).unwrap();
+        assert_eq!(read_raw_f32(file.path(), 4).unwrap(), values);
+        let error = read_raw_f32(file.path(), 5).unwrap_err().to_string();
+        assert!(error.contains("has 16 bytes, but 5 values of 4 bytes are 20 bytes"), "{error}");
+    }
     use crate::formats::{open_ct, open_labels};
 
     const LAYOUT: RawLayout =

@@ -77,6 +77,22 @@ impl Grid {
         Self::new(dimensions, DAffine3 { matrix3: DMat3::from_diagonal(spacing), translation: origin })
     }
 
+    /// The grid of blocks of so many voxels along each axis, at least 1. Its voxel 0 is in the middle of the first block; what
+    /// the last ones lack lies beyond this grid's end.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for blocks of 0, and where voxels become too large for a grid.
+    pub fn of_blocks(&self, block: [usize; 3]) -> Result<Self> {
+        if block.contains(&0) {
+            return Err(Error::invalid("block", format!("{block:?}"), "at least 1 along each axis"));
+        }
+        let factor = DVec3::from_array(block.map(|n| n as f64));
+        let matrix3 = self.index_to_world.matrix3 * DMat3::from_diagonal(factor);
+        let translation = self.index_to_world.transform_point3(0.5 * (factor - 1.0));
+        let dimensions = std::array::from_fn(|axis| self.dimensions[axis].div_ceil(block[axis]));
+        Self::new(dimensions, DAffine3 { matrix3, translation })
+    }
+
     /// An axis-aligned grid whose box is centred on the world origin.
     pub fn centred(dimensions: [usize; 3], spacing: DVec3) -> Result<Self> {
         let last = DVec3::from_array(dimensions.map(|n| n as f64 - 1.0));
@@ -123,16 +139,30 @@ impl Grid {
         (self.index_to_world.matrix3 * index).length()
     }
 
-    /// Smallest distance between neighbouring voxel centres along an axis, mm.
+    /// Distances between neighbouring voxel centres along i, j, k, mm.
+    pub fn spacing(&self) -> DVec3 {
+        let matrix = self.index_to_world.matrix3;
+        DVec3::new(matrix.x_axis.length(), matrix.y_axis.length(), matrix.z_axis.length())
+    }
+
+    /// The smallest of [`Grid::spacing`], mm.
     pub fn smallest_spacing(&self) -> f64 {
-        let m = self.index_to_world.matrix3;
-        m.x_axis.length().min(m.y_axis.length()).min(m.z_axis.length())
+        self.spacing().min_element()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn spacings_are_lengths_whatever_their_directions() {
+        let turned = DMat3::from_axis_angle(DVec3::new(1.0, 2.0, -2.0) / 3.0, 0.7);
+        let matrix3 = turned * DMat3::from_diagonal(DVec3::new(0.5, -2.0, 3.0));
+        let grid = Grid::new([2, 3, 4], DAffine3 { matrix3, translation: DVec3::X }).expect("valid");
+        assert!((grid.spacing() - DVec3::new(0.5, 2.0, 3.0)).abs().max_element() < 1e-15, "{grid:?}");
+        assert!((grid.smallest_spacing() - 0.5).abs() < 1e-15);
+    }
 
     #[test]
     fn voxels_from_picometres_to_the_largest_coordinate_have_an_inverse() {

@@ -78,4 +78,16 @@ impl DetectorPose {
     pub fn pixel(&self, column: f64, row: f64) -> DVec3 {
         self.first_pixel + column * self.column_step + row * self.row_step
     }
+
+    /// The detector whose pixels are `block`×`block` of this one's.
+    #[must_use]
+    pub(crate) fn of_blocks(&self, block: usize) -> Self {
+        let middle = 0.5 * (block as f64 - 1.0);
+        Self {
+            source: self.source,
+            first_pixel: self.pixel(middle, middle),
+            column_step: block as f64 * self.column_step,
+            row_step: block as f64 * self.row_step,
+        }
+    }
 }

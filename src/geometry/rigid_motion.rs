@@ -22,6 +22,22 @@ pub struct RigidMotion {
 }
 
 impl RigidMotion {
+    /// α, β, φ, then t.
+    pub fn to_array(self) -> [f64; 6] {
+        let ([alpha, beta, phi], [x, y, z]) = (self.angles, self.translation.to_array());
+        [alpha, beta, phi, x, y, z]
+    }
+
+    /// Of α, β, φ and t.
+    pub fn from_array([alpha, beta, phi, x, y, z]: [f64; 6]) -> Self {
+        Self { angles: [alpha, beta, phi], translation: DVec3::new(x, y, z) }
+    }
+
+    /// Where the motion, about `pivot`, takes a point: `R (x − pivot) + pivot + t`.
+    pub fn moved(&self, point: DVec3, pivot: DVec3) -> DVec3 {
+        self.rotation() * (point - pivot) + pivot + self.translation
+    }
+
     /// # Errors
     /// `InvalidArgument` for an angle that is not finite or beyond ±100 rad, and a translation that is not finite or beyond
     /// 1e10 mm.
@@ -108,9 +124,15 @@ mod tests {
         let pose = DetectorPose::c_arm(DVec3::new(1.0, 2.0, 3.0), 20.0, 700.0, 1000.0, 1.0, [4, 4]);
         let pivot = DVec3::new(5.0, 6.0, 7.0);
         let seen = MOTION.seen_from(&pose, pivot);
-        let moved = |x: DVec3| MOTION.rotation() * (x - pivot) + pivot + MOTION.translation;
+        let moved = |x: DVec3| MOTION.moved(x, pivot);
         assert!((moved(seen.source) - pose.source).length() < 1e-12);
         assert!((moved(seen.pixel(2.0, 3.0)) - pose.pixel(2.0, 3.0)).length() < 1e-12);
+    }
+
+    #[test]
+    fn parameters_keep_their_order() {
+        assert_eq!(MOTION.to_array(), [0.3, -0.2, 1.1, 4.0, -2.0, 7.0]);
+        assert_eq!(RigidMotion::from_array(MOTION.to_array()), MOTION);
     }
 
     #[test]

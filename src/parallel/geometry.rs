@@ -10,7 +10,8 @@ use crate::scene::MAX_DETECTOR;
 /// Most steps of a ray.
 pub const MAX_STEPS: usize = 1 << 20;
 
-/// Largest distance of two pixels or steps, mm.
+/// Smallest and largest distance of two voxels, pixels or steps, mm; the smallest is a grid's.
+const MIN_PITCH: f64 = 1e-9;
 const MAX_PITCH: f64 = 1e6;
 
 /// Volume, detector and steps. Lengths in mm.
@@ -69,8 +70,8 @@ impl ParallelGeometry {
         }
         let [du, dv] = self.pixel;
         for (name, length) in [("pixel[0]", du), ("pixel[1]", dv), ("step", self.step)] {
-            if !(length > 0.0 && length <= MAX_PITCH) {
-                return Err(Error::invalid(name, length, format!("above 0, up to {MAX_PITCH:e} mm")));
+            if !(MIN_PITCH..=MAX_PITCH).contains(&length) {
+                return Err(Error::invalid(name, length, format!("{MIN_PITCH:e} … {MAX_PITCH:e} mm")));
             }
         }
         let [x, z] = self.detector_centre;
@@ -84,13 +85,15 @@ impl ParallelGeometry {
     /// The voxel grid, before it moves.
     ///
     /// # Errors
-    /// As [`Grid::new`]; spacings must be above 0.
+    /// As [`Grid::new`]; spacings must be from 1e-9 to 1e6 mm.
     pub fn grid(&self) -> Result<Grid> {
         for (axis, &spacing) in self.spacing.to_array().iter().enumerate() {
-            if !(spacing > 0.0) {
-                return Err(Error::invalid(format!("spacing[{axis}]"), spacing, "above 0 mm"));
+            if !(MIN_PITCH..=MAX_PITCH).contains(&spacing) {
+                let valid = format!("{MIN_PITCH:e} … {MAX_PITCH:e} mm");
+                return Err(Error::invalid(format!("spacing[{axis}]"), spacing, valid));
             }
         }
+        check_coordinates("centre", self.centre)?;
         let last = DVec3::from_array(self.dimensions.map(|n| n as f64 - 1.0));
         Grid::axis_aligned(self.dimensions, self.spacing, self.centre - 0.5 * last * self.spacing)
     }

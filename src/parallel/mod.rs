@@ -9,17 +9,26 @@
 //! of parameters. There is no tape.
 
 mod cpu;
+#[cfg_attr(
+    not(any(feature = "cuda", feature = "host", target_vendor = "apple")),
+    allow(dead_code, reason = "none of its engines is built")
+)]
+mod device;
 mod engine;
 mod frame;
 mod geometry;
+mod operator;
 mod parameters;
 mod projector;
 mod rays;
 
 pub use geometry::{MAX_STEPS, ParallelGeometry};
+pub use operator::ParallelOperator;
 pub use parameters::ViewParameters;
 pub use projector::{Jacobian, ParallelProjector};
 pub use rays::RaySelection;
+
+pub(crate) use parameters::check_views;
 
 /// How the integral along a ray is taken.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -28,6 +37,6 @@ pub enum Quadrature {
     #[default]
     Steps,
     /// The field integrated exactly, between the planes through voxel centres: there a cubic polynomial, for which two
-    /// Gauss–Legendre nodes are exact. Needs no step.
+    /// Gauss–Legendre nodes are exact. Needs no step. On engines of the CPU.
     Exact,
 }

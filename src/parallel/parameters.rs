@@ -48,3 +48,11 @@ impl ViewParameters {
         self.motion().validate()
     }
 }
+
+/// Refuses parameters of which some are not valid, by `views[k]`.
+pub(crate) fn check_views(views: &[ViewParameters]) -> Result<()> {
+    for (k, view) in views.iter().enumerate() {
+        view.validate().map_err(|error| error.of(&format!("views[{k}]")))?;
+    }
+    Ok(())
+}

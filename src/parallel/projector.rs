@@ -2,18 +2,21 @@
 
 use crate::allocation::{collected, filled};
 use crate::context::Context;
-use crate::error::{Error, Result};
+use crate::engine::Timings;
+use crate::error::Result;
 use crate::normal_equations::NormalEquations;
-use crate::parallel::cpu::Cpu;
-use crate::parallel::engine::{Engine, ViewRays};
+use crate::parallel::cpu::adjoint::adjoint;
+use crate::parallel::engine::{Engine, ViewRays, engine};
 use crate::parallel::frame::Frame;
-use crate::parallel::{ParallelGeometry, Quadrature, RaySelection, ViewParameters};
+use crate::parallel::{ParallelGeometry, Quadrature, RaySelection, ViewParameters, check_views};
 use crate::real::Real;
+use crate::values::{check_count, check_finite, check_finite_where};
 
-/// One volume in one geometry: float32, or its twin in float64. Immutable: may be used from many threads at once.
+/// One volume in one geometry: float32, or its twin in float64. May be used from many threads at once.
 pub struct ParallelProjector<T> {
     context: Context,
     geometry: ParallelGeometry,
+    quadrature: Quadrature,
     engine: Box<dyn Engine<T>>,
 }
 
@@ -31,7 +34,8 @@ impl<T: Real> ParallelProjector<T> {
     ///
     /// # Errors
     /// `InvalidArgument` for a geometry that is not valid, a volume of another size, values that are not finite;
-    /// `OutOfMemory`.
+    /// `Unsupported` for a width or a quadrature that the context's engine does not have: `reference` computes in float64,
+    /// `cpu` in both, `host`, `cuda` and `metal` sums over steps in float32; `OutOfMemory`; `Device`.
     pub fn new(
         context: &Context,
         geometry: ParallelGeometry,
@@ -39,13 +43,18 @@ impl<T: Real> ParallelProjector<T> {
         volume: &[T],
     ) -> Result<Self> {
         geometry.validate()?;
-        let engine = context.install(|| Cpu::new(geometry, quadrature, volume))?;
-        Ok(Self { context: context.clone(), geometry, engine: Box::new(engine) })
+        let engine = context.install(|| engine(context, geometry, quadrature, volume))?;
+        Ok(Self { context: context.clone(), geometry, quadrature, engine })
     }
 
     /// The geometry.
     pub fn geometry(&self) -> &ParallelGeometry {
         &self.geometry
+    }
+
+    /// What the engine's device measured of the last call that ended; `None` for engines of the CPU.
+    pub fn timings(&self) -> Option<Timings> {
+        self.engine.timings()
     }
 
     /// The image of one view: line integrals in mm times the volume's unit, `v*nu + u`.
@@ -99,18 +108,23 @@ impl<T: Real> ParallelProjector<T> {
         Ok(jacobian)
     }
 
+    /// The transpose of [`ParallelProjector::batch_forward_project`]: of `images`, one per view one after the other, the
+    /// volume, x fastest, for which ⟨A x, b⟩ = ⟨x, Aᵀ b⟩ for every x. It has the unit of the images times mm, and does not depend
+    /// on the volume held. Computed on the context's CPU threads, whatever its engine.
+    ///
+    /// # Errors
+    /// `InvalidArgument` for parameters that are not finite, another number of values than views have pixels, values that
+    /// are not finite; `OutOfMemory`.
+    pub fn adjoint(&self, views: &[ViewParameters], images: &[T]) -> Result<Vec<T>> {
+        back_project(&self.context, &self.geometry, self.quadrature, views, images)
+    }
+
     fn images(&self, views: &[ViewParameters], rays: RaySelection<'_>) -> Result<Vec<T>> {
-        for (k, view) in views.iter().enumerate() {
-            view.validate().map_err(|error| error.of(&format!("views[{k}]")))?;
-        }
-        let geometry = &self.geometry;
-        let mut images = filled(geometry.pixels() * views.len(), T::default(), "the images")?;
-        let frames =
-            views.iter().map(|view| (Frame::new(geometry, view), Frame::derivatives(geometry, view)));
-        let frames = collected(frames, "the views")?;
-        let views = frames.iter().map(|(frame, derivatives)| ViewRays { frame, derivatives, rays });
-        let views = collected(views, "the views")?;
-        self.context.install(|| self.engine.project(&views, &mut images))?;
+        check_views(views)?;
+        let mut images = filled(self.geometry.pixels() * views.len(), T::default(), "the images")?;
+        with_views(&self.context, &self.geometry, views, rays, |views| {
+            self.engine.project(views, &mut images)
+        })?;
         Ok(images)
     }
 
@@ -130,23 +144,39 @@ impl<T: Real> ParallelProjector<T> {
         rays.validate(&self.geometry)
     }
 
-    fn check_measured(&self, measured: &[T], rays: RaySelection<'_>) -> Result<()> {
-        let pixels = self.geometry.pixels();
-        if measured.len() != pixels {
-            let valid = format!("{pixels}, one per pixel");
-            return Err(Error::invalid("measured's length", measured.len(), valid));
-        }
-        let bad = |pixel: &usize| rays.counts(*pixel) && !Into::<f64>::into(measured[*pixel]).is_finite();
-        if let Some(pixel) = (0..pixels).find(bad) {
-            let value: f64 = measured[pixel].into();
-            return Err(Error::invalid(
-                format!("measured[{pixel}]"),
-                value,
-                "finite values where rays count",
-            ));
-        }
-        Ok(())
+    pub(crate) fn check_measured(&self, measured: &[T], rays: RaySelection<'_>) -> Result<()> {
+        check_count("measured", measured.len(), self.geometry.pixels(), "pixel")?;
+        check_finite_where("measured", measured, |pixel| rays.counts(pixel))
     }
+}
+
+/// [`ParallelProjector::adjoint`], which needs no volume.
+pub(super) fn back_project<T: Real>(
+    context: &Context,
+    geometry: &ParallelGeometry,
+    quadrature: Quadrature,
+    views: &[ViewParameters],
+    images: &[T],
+) -> Result<Vec<T>> {
+    check_views(views)?;
+    check_count("images", images.len(), geometry.pixels() * views.len(), "pixel of each view")?;
+    check_finite("images", images)?;
+    let all = RaySelection::default();
+    with_views(context, geometry, views, all, |views| adjoint(geometry, quadrature, views, images))
+}
+
+fn with_views<R: Send>(
+    context: &Context,
+    geometry: &ParallelGeometry,
+    views: &[ViewParameters],
+    rays: RaySelection<'_>,
+    run: impl FnOnce(&[ViewRays<'_>]) -> Result<R> + Send,
+) -> Result<R> {
+    let frames = views.iter().map(|view| (Frame::new(geometry, view), Frame::derivatives(geometry, view)));
+    let frames = collected(frames, "the views")?;
+    let views = frames.iter().map(|(frame, derivatives)| ViewRays { frame, derivatives, rays });
+    let views = collected(views, "the views")?;
+    context.install(|| run(&views))
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::parallel::ParallelGeometry;
+use crate::values::check_count;
 
 /// Which rays of a view count, and which part of each; all of all, unless it says so.
 #[derive(Debug, Clone, Copy, Default)]
@@ -18,22 +19,14 @@ impl RaySelection<'_> {
     /// finite or ends before it starts.
     pub fn validate(&self, geometry: &ParallelGeometry) -> Result<()> {
         let pixels = geometry.pixels();
-        let count = |name: &str, count: usize| {
-            let valid = format!("{pixels}, one per pixel");
-            if count == pixels {
-                Ok(())
-            } else {
-                Err(Error::invalid(format!("{name}'s length"), count, valid))
-            }
-        };
         if let Some(mask) = self.mask {
-            count("mask", mask.len())?;
+            check_count("mask", mask.len(), pixels, "pixel")?;
             if !mask.contains(&true) {
                 return Err(Error::invalid("mask", "empty", "at least one ray that counts"));
             }
         }
         if let Some(lengths) = self.lengths {
-            count("lengths", lengths.len())?;
+            check_count("lengths", lengths.len(), pixels, "pixel")?;
             let bad = |[from, to]: &[f64; 2]| !(from.is_finite() && to.is_finite() && from <= to);
             if let Some(pixel) = lengths.iter().position(bad) {
                 let [from, to] = lengths[pixel];

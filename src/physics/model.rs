@@ -1,5 +1,7 @@
 //! From areal densities to the signal of a pixel.
 
+mod gradient;
+
 use crate::allocation::reserved;
 use crate::error::Result;
 use crate::physics::{MassAttenuation, Spectrum};

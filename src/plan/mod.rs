@@ -155,6 +155,14 @@ impl Plan {
         if engine != Backend::Reference && method.algorithm == Algorithm::Exact {
             return lacks("algorithm exact runs on the reference engine only".into());
         }
+        if !matches!(engine, Backend::Reference | Backend::Cpu)
+            && method.algorithm == Algorithm::DistanceDriven
+        {
+            return lacks(format!(
+                "the engine {} does not have the algorithm distance_driven",
+                engine.name()
+            ));
+        }
         if engine != Backend::Cpu && method.accumulation != Accumulation::Blocked {
             return lacks(format!("the engine {} has blocked sums only", engine.name()));
         }
@@ -183,7 +191,7 @@ impl Plan {
 
     /// # Errors
     /// `InvalidArgument` when a label has no material, or another than it was made for.
-    fn check_labels(names: &[String], volume: &Volume) -> Result<()> {
+    pub(crate) fn check_labels(names: &[String], volume: &Volume) -> Result<()> {
         let labelled = volume.materials().iter().rposition(|m| m.labelled).unwrap_or(0);
         if labelled >= names.len() {
             return Err(Error::invalid(
@@ -225,7 +233,8 @@ impl Plan {
     pub fn samples_per_ray(&self) -> usize {
         let slices = self.volume.iter().copied().max().unwrap_or(0) as f64;
         match self.method.algorithm {
-            Algorithm::Joseph => slices as usize,
+            // A footprint is one, however many voxels it covers.
+            Algorithm::Joseph | Algorithm::DistanceDriven => slices as usize,
             Algorithm::March { step } => (slices / step).ceil() as usize,
             // A slab of the driving axis holds at most three voxels of a ray.
             Algorithm::Siddon => 3 * slices as usize,

@@ -84,6 +84,9 @@ fn march(plan: &Plan, rays: usize) -> Stage {
         Algorithm::Joseph => "Joseph: one bilinear sample per slice of the driving axis".into(),
         Algorithm::March { step } => format!("trilinear march, step {step} voxels along the driving axis"),
         Algorithm::Siddon => "Siddon: exact lengths through constant voxels".into(),
+        Algorithm::DistanceDriven => {
+            "distance-driven: mean of the voxels under the pixel in each slice of the driving axis".into()
+        }
         Algorithm::Exact => "trilinear field integrated exactly, cell by cell".into(),
     };
     let names: Vec<_> = plan.materials.iter().map(|m| m.name.as_str()).collect();

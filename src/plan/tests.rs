@@ -94,6 +94,24 @@ fn a_volume_in_a_texture_may_hold_every_material_and_is_for_metal_alone() {
 }
 
 #[test]
+fn distance_driven_means_are_of_the_cpu() {
+    let scene = Scene { method: Algorithm::DistanceDriven.into(), ..Scene::new([8, 8]).expect("valid") };
+    for backend in Backend::ALL {
+        match Plan::new(&scene, &volume(&[40], None), backend, None) {
+            Ok(plan) => {
+                assert!(matches!(backend, Backend::Reference | Backend::Cpu), "{}", backend.name());
+                assert!(plan.stages[0].what.starts_with("distance-driven: mean of the voxels"));
+            }
+            Err(Error::Unsupported(text)) => {
+                assert!(matches!(backend, Backend::Host | Backend::Cuda | Backend::Metal), "{text}");
+                assert!(text.contains(backend.name()) && text.contains("distance_driven"), "{text}");
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+}
+
+#[test]
 fn few_energies_are_in_the_plan_with_their_limits_and_their_bound() {
     let volume = volume(&[-1000, 40, 900], None);
     let few = Energies::Few { hu: 1.0 };

@@ -52,7 +52,7 @@ impl Effort {
     /// Samples of the volume that an algorithm takes along all rays.
     pub fn samples(&self, algorithm: Algorithm) -> f64 {
         match algorithm {
-            Algorithm::Joseph => self.slices,
+            Algorithm::Joseph | Algorithm::DistanceDriven => self.slices,
             Algorithm::March { step } => self.slices / step,
             Algorithm::Siddon => self.voxels,
             Algorithm::Exact => 2.0 * self.voxels,

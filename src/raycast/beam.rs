@@ -4,8 +4,8 @@ use glam::{DVec3, DVec4};
 
 use crate::error::{Error, Result};
 use crate::geometry::{DetectorPose, Grid, Projection, View};
-use crate::raycast::Ray;
 use crate::raycast::lines::{Anchor, Even, Lines};
+use crate::raycast::{Footprint, Footprints, Ray};
 
 /// Smallest sine of the angle between the two planes of a ray in index space: below it float64 has lost the ray.
 const MIN_SINE: f64 = 1e-10;
@@ -15,6 +15,8 @@ const MIN_SINE: f64 = 1e-10;
 pub struct Beam {
     grid: Grid,
     rays: Rays,
+    /// Side of a pixel over the distance from one to the next.
+    pixel_part: f64,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -36,7 +38,23 @@ impl Beam {
             View::Pose(pose) => Self::segments(pose, grid, size)?,
             View::Projection(projection) => Self::planes(projection, grid, size)?,
         };
-        Ok(Self { grid: *grid, rays })
+        Ok(Self { grid: *grid, rays, pixel_part: 1.0 })
+    }
+
+    /// The same rays, of parts of pixels: `n` × `n` of them are one.
+    #[must_use]
+    pub(crate) fn of_parts(self, n: usize) -> Self {
+        Self { pixel_part: self.pixel_part / n as f64, ..self }
+    }
+
+    /// What all pixels cover.
+    pub(crate) fn footprints(&self) -> Footprints {
+        Footprints { lines: self.lines(), pixel_part: self.pixel_part }
+    }
+
+    /// What pixel (column, row) covers of the slices that its ray crosses; fractions are points between pixel centres.
+    pub(crate) fn footprint(&self, column: f64, row: f64) -> Footprint {
+        self.footprints().of(&self.ray(column, row), column, row)
     }
 
     fn segments(pose: &DetectorPose, grid: &Grid, [width, height]: [usize; 2]) -> Result<Rays> {

@@ -2,6 +2,7 @@
 
 mod builder;
 mod byte_voxels;
+mod coarser;
 mod levels;
 mod partition;
 mod voxels;

@@ -4,6 +4,7 @@
 #![allow(missing_docs, reason = "a test program")]
 #![allow(unsafe_code, reason = "calls the C ABI")]
 
+mod derivatives;
 mod given;
 
 use std::ptr::{null, null_mut};

@@ -11,7 +11,7 @@ const INFALLIBLE: [&str; 4] =
 /// How many functions return a string instead of a status.
 const TELLING: usize = 2;
 /// Pointers that may be NULL, by function and parameter.
-const NULLABLE: [[&str; 2]; 8] = [
+const NULLABLE: &[[&str; 2]] = &[
     ["drr_context_create", "options"],
     ["drr_volume_create", "labels"],
     ["drr_volume_create_float32", "labels"],
@@ -20,10 +20,36 @@ const NULLABLE: [[&str; 2]; 8] = [
     ["drr_projector_destroy", "projector"],
     ["drr_exposure_develop", "scene"],
     ["drr_exposure_destroy", "exposure"],
+    ["drr_parallel_destroy", "parallel"],
+    ["drr_parallel_forward_project_view", "lengths"],
+    ["drr_parallel_view_loss_value_and_grad", "lengths"],
+    ["drr_parallel_view_loss_value_and_grad", "hessian"],
+    ["drr_parallel_view_jacobian", "lengths"],
+    ["drr_parallel_view_jacobian", "image"],
+    ["drr_ray_transform_destroy", "transform"],
+    ["drr_pose_gradient_create", "pivot"],
+    ["drr_pose_gradient_destroy", "pose_gradient"],
+    ["drr_pose_gradient_loss_value_and_grad", "hessian"],
+    ["drr_pose_gradient_jacobian", "image"],
 ];
 /// Parameters and fields that hold nothing wrong, whatever their bytes are.
 const ANYTHING_GOES: [&str; 6] =
     ["enableEarlyExit", "_padding", "progress", "progress_data", "noise_seed", "scatter_seed"];
+/// What ends the name of a function that is another's twin in float64.
+const TWIN: &str = "_f64";
+/// Types of handles.
+const HANDLES: [&str; 10] = [
+    "Context",
+    "Volume",
+    "Projector",
+    "Exposure",
+    "Parallel",
+    "ParallelF64",
+    "RayTransform",
+    "RayTransformF64",
+    "PoseGradient",
+    "PoseGradientF64",
+];
 /// Functions that look at no tables of a view: the rows run on an engine without queues, and exposures refuse any.
 const WITHOUT_TABLES: [&str; 2] = ["drr_projector_encode", "drr_exposure_create"];
 
@@ -56,15 +82,12 @@ impl Declared {
             "void *" if self.name == "queue" => Vec::new(),
             _ if ANYTHING_GOES.contains(&self.name.as_str()) => Vec::new(),
             "double" => not_a_number.to_vec(),
-            "DrrAlgorithm" => vec!["unknown"],
+            "DrrAlgorithm" | "DrrPoseSignal" => vec!["unknown"],
+            "const uint8_t *" if self.name == "mask" => vec!["empty"],
             "const char *" => vec!["NULL", "unknown", "not UTF-8"],
             "const uint8_t *" => vec!["NULL", "label"],
             "const float *" | "const double *" => [&["NULL", "misaligned"], &not_a_number[..]].concat(),
-            handle
-                if ["Context", "Volume", "Projector", "Exposure"]
-                    .iter()
-                    .any(|&noun| is_handle(handle, noun)) =>
-            {
+            handle if HANDLES.iter().any(|&noun| is_handle(handle, noun)) => {
                 vec!["NULL", "misaligned", "foreign", "destroyed"]
             }
             pointer if pointer.ends_with('*') => vec!["NULL", "misaligned"],
@@ -86,8 +109,13 @@ impl Declared {
             "const float *" | "DrrAddress" => &["misaligned", "negative", "NaN", "+Inf", "-Inf"],
             "const double *" => &["misaligned", "NaN", "+Inf", "-Inf"],
             "void *" | "float *" | "double *" => &["misaligned"],
-            "DrrBackend" | "DrrCalibration" | "DrrThresholds" | "DrrEffects" | "DrrAlgorithm"
-            | "DrrImplantShape" => &["unknown"],
+            "DrrBackend"
+            | "DrrCalibration"
+            | "DrrThresholds"
+            | "DrrEffects"
+            | "DrrAlgorithm"
+            | "DrrImplantShape"
+            | "DrrParallelQuadrature" => &["unknown"],
             array if array.starts_with("const Drr") && array.ends_with('*') => &["misaligned"],
             other => panic!("a field of a type that this test does not know: {other} {}", self.name),
         }
@@ -154,7 +182,8 @@ impl Header {
                 continue;
             }
             for parameter in parameters {
-                let nullable = NULLABLE.contains(&[function, &parameter.name]);
+                let of = function.strip_suffix(TWIN).unwrap_or(function);
+                let nullable = NULLABLE.contains(&[of, &parameter.name]);
                 let kinds = parameter.kinds_of_parameter();
                 let kinds = kinds.into_iter().filter(|&kind| kind != "NULL" || !nullable);
                 kinds.for_each(|kind| demand(&parameter.name, kind));

@@ -11,6 +11,12 @@ use crate::{beside_this_file, needing, passes};
 /// As `build.rs` flattens it for `newLibraryWithSource`.
 const TEXT: &str = include_str!(concat!(env!("OUT_DIR"), "/drr.metal"));
 
+/// Of parallel beams.
+const PARALLEL: &str = include_str!(concat!(env!("OUT_DIR"), "/parallel.metal"));
+
+/// What their kernels have or have not, in every combination.
+const OF_PARALLEL: [&str; 4] = ["DRR_DERIVATIVES", "DRR_RESIDUAL", "DRR_MASK", "DRR_LENGTHS"];
+
 type Definitions = BTreeMap<&'static str, u32>;
 
 /// What every kernel has, whatever its value.
@@ -113,6 +119,16 @@ fn every_kernel_compiles(compiler: &Compiler) -> Result<(), Failed> {
     Ok(())
 }
 
+fn every_parallel_kernel_compiles(compiler: &Compiler) -> Result<(), Failed> {
+    for n in 0..1 << OF_PARALLEL.len() {
+        let on = OF_PARALLEL.iter().enumerate().filter(|(bit, _)| n >> bit & 1 == 1);
+        let kernel: Definitions = on.map(|(_, &name)| (name, 1)).collect();
+        let result = check(compiler, &format!("parallel_{n}"), &kernel, PARALLEL);
+        result.map_err(|failed| format!("{kernel:?}: {}", failed.message().unwrap_or_default()))?;
+    }
+    Ok(())
+}
+
 /// A compiler that does not tell address spaces apart passes everything: this one finds an error that is there on purpose.
 fn finds(compiler: &Compiler, name: &str, wrong: &str, complaint: &str) -> Result<(), Failed> {
     let kernel = kernels().pop_first().ok_or("there are kernels")?;
@@ -132,10 +148,13 @@ fn every_definition_is_listed() -> Result<(), Failed> {
     let strings = engine.iter().flat_map(|source| source.split('"'));
     let defined: BTreeSet<_> = strings.filter(|string| string.starts_with("DRR_")).collect();
     let listed: BTreeSet<_> = ALWAYS.iter().chain(&SOMETIMES).map(|(name, _)| *name).collect();
-    if defined == listed {
-        return Ok(());
+    let parallel = include_str!("../../src/engine/gpu/parallel/mod.rs").split('"');
+    let parallel: BTreeSet<_> = parallel.filter(|string| string.starts_with("DRR_")).collect();
+    let pairs = [(defined, listed), (parallel, OF_PARALLEL.into_iter().collect())];
+    match pairs.iter().find(|(defined, listed)| defined != listed) {
+        None => Ok(()),
+        Some((defined, listed)) => Err(format!("{:?}", defined.symmetric_difference(listed)).into()),
     }
-    Err(format!("{:?}", defined.symmetric_difference(&listed)).into())
 }
 
 /// The tables that views bring, prepared by the kernel's own lines as host code.
@@ -153,6 +172,9 @@ pub(super) fn trials() -> Vec<Trial> {
     vec![
         Trial::test("kernel_text::every_definition_is_listed", every_definition_is_listed),
         needing("kernel_text::metal_stand_in", metal.clone(), |compiler| every_kernel_compiles(&compiler)),
+        needing("kernel_text::parallel_metal_stand_in", metal.clone(), |compiler| {
+            every_parallel_kernel_compiles(&compiler)
+        }),
         finding(
             "a_wrong_address_space",
             "static float first(constant float *table) { return *table; } \

@@ -22,7 +22,7 @@ use thread_sanitizer::ThreadSanitizer;
 use toolchain::{Compiler, Library, launch, run};
 
 /// Programs of `cabi-tests/`.
-const PROGRAMS: [&str; 16] = [
+const PROGRAMS: [&str; 20] = [
     "layout",
     "minimal",
     "errors",
@@ -36,6 +36,10 @@ const PROGRAMS: [&str; 16] = [
     "early_exit",
     "tolerance",
     "effects",
+    "derivatives",
+    "align",
+    "register",
+    "reconstruct",
     "gpu",
     "cuda_stream",
     "pipeline",

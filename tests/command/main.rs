@@ -2,7 +2,10 @@
 #![cfg(feature = "command")]
 #![allow(missing_docs, reason = "a test program")]
 
+mod align;
 mod effects;
+mod reconstruct;
+mod register;
 #[path = "../support/mod.rs"]
 mod support;
 
@@ -329,6 +332,8 @@ fn tradeoff_measures_every_method_and_draws_it() {
     assert!(rms("march, step 0.125 voxels") < 0.1 * rms("march, step 1 voxels"), "second order, and more");
     assert!(rms("march, step 1 voxels") < rms("march, step 4 voxels"));
     assert_eq!(find("siddon")["difference_of_model"], true);
+    assert_eq!(find("distance_driven")["difference_of_model"], true);
+    assert!(find("distance_driven")["pixel_area_hu"]["rms"].as_f64().expect("a number") > 0.0);
     let area = |name: &str| find(name)["pixel_area_hu"]["rms"].as_f64().expect("a number");
     assert!(area("joseph, 3×3 rays") < area("joseph"));
     let chosen: Vec<_> = settings.iter().filter(|s| s["chosen"] == true).collect();

@@ -9,7 +9,7 @@ use drr::{Algorithm, Context, Projector, Scene, ViewRequest};
 
 use crate::Test;
 use crate::support::{awkward_grid, poses, projector, requests, volume};
-use crate::twin::KINDS;
+use crate::twin::kinds;
 use crate::views::of_several_tubes;
 
 pub(super) const TESTS: [Test; 4] = [
@@ -40,7 +40,7 @@ fn calls_and_threads_do_not_show(backend: Backend) {
     let grid = awkward_grid([50, 41, 43]);
     let volume = volume(grid);
     let views = requests(poses(&grid, SIZE).into_iter().map(|(_, pose)| pose));
-    for algorithm in KINDS {
+    for &algorithm in kinds(backend) {
         let on = |threads: usize| {
             let context = Context::new(backend, threads).expect("threads start");
             Projector::new(&context, volume.clone(), scene(algorithm)).expect("valid")
@@ -59,7 +59,7 @@ fn calls_and_threads_do_not_show(backend: Backend) {
 fn views_do_not_know_of_each_other(backend: Backend) {
     let grid = awkward_grid([50, 41, 43]);
     let volume = volume(grid);
-    for algorithm in KINDS {
+    for &algorithm in kinds(backend) {
         let projector = projector(backend, &volume, scene(algorithm));
         let mut views = requests(poses(&grid, SIZE).into_iter().map(|(_, pose)| pose));
         views.extend(of_several_tubes(&grid, projector.scene(), SIZE));
@@ -113,7 +113,7 @@ fn small() -> (Arc<Volume>, Vec<ViewRequest>) {
 
 fn layers_do_not_know_of_each_other(backend: Backend) {
     let (volume, views) = small();
-    for algorithm in KINDS {
+    for &algorithm in kinds(backend) {
         same_whatever_is_asked(&projector(backend, &volume, scene(algorithm)), &views, choices());
     }
 }

@@ -15,7 +15,7 @@ use crate::Test;
 use crate::support::{
     awkward_grid, classification, max_relative, poses, projector, relative_l2, requests, volume,
 };
-use crate::twin::{KINDS, worse};
+use crate::twin::{kinds, worse};
 
 pub(super) const TESTS: [Test; 9] = [
     ("with_two_detector_layers", with_two_detector_layers),
@@ -83,7 +83,7 @@ fn images(
 
 /// Holds the images of a scene to their twin's, of every algorithm.
 fn conforms(backend: Backend, name: &str, volume: &Arc<Volume>, scene: &Scene, views: &[ViewRequest]) {
-    for algorithm in KINDS {
+    for &algorithm in kinds(backend) {
         let scene = Scene { method: algorithm.into(), ..scene.clone() };
         let (fast, truth) = images(backend, volume, &scene, views, SIGNALS);
         holds(&format!("{algorithm:?}, {name}"), &fast, &truth);

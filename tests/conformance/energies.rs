@@ -11,7 +11,7 @@ use drr::{Algorithm, Context, Energies, Method, Projector, Scene, ViewRequest};
 
 use crate::Test;
 use crate::support::{awkward_grid, poses, projector, requests, volume};
-use crate::twin::{KINDS, worse};
+use crate::twin::{kinds, worse};
 use crate::views::of_several_tubes;
 
 pub(super) const TESTS: [Test; 5] = [
@@ -109,7 +109,7 @@ fn bits(images: &Images<f32>, ray: usize) -> [u32; 2] {
 }
 
 fn few_energies_keep_their_bound(backend: Backend) {
-    for algorithm in KINDS {
+    for &algorithm in kinds(backend) {
         let case = Case::of(backend, algorithm);
         let largest = case.keeps_the_bound(&case.few(1.01));
         assert!(largest > 1e-5, "{algorithm:?}: {largest:e}: all energies are summed");
@@ -131,7 +131,7 @@ fn few_energies_of_the_planner_keep_their_bound(backend: Backend) {
 }
 
 fn beyond_the_limits_all_energies_are_summed(backend: Backend) {
-    for algorithm in KINDS {
+    for &algorithm in kinds(backend) {
         let case = Case::of(backend, algorithm);
         let few = case.few(0.5);
         case.keeps_the_bound(&few);
@@ -167,7 +167,7 @@ fn few_energies_leave_an_empty_ray_alone(backend: Backend) {
 }
 
 fn few_energies_leave_a_view_s_own_tables_alone(backend: Backend) {
-    for algorithm in KINDS {
+    for &algorithm in kinds(backend) {
         let case = Case::of(backend, algorithm);
         let few = case.few(1.01);
         let views = of_several_tubes(&case.grid, few.scene(), SIZE);

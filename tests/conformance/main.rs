@@ -9,6 +9,7 @@ mod bytes;
 mod effects;
 mod energies;
 mod methods;
+mod parallel;
 #[cfg(feature = "formats")]
 mod scans;
 mod sides;
@@ -41,6 +42,7 @@ fn trials(backend: Backend) -> Vec<Trial> {
         &effects::TESTS,
         &bytes::TESTS,
         &methods::TESTS,
+        &parallel::TESTS,
         &scans::TESTS,
     ]
     .concat();
@@ -63,6 +65,10 @@ fn main() {
     let mut all: Vec<_> = float32.flat_map(trials).collect();
     all.push(Trial::test("reference::a_tie_of_driving_axes_is_no_jump", || {
         sides::a_tie_of_driving_axes_is_no_jump();
+        Ok(())
+    }));
+    all.push(Trial::test("reference::parallel::the_reference_is_wide", || {
+        parallel::the_reference_is_wide();
         Ok(())
     }));
     let conclusion = libtest_mimic::run(&Arguments::from_args(), all);

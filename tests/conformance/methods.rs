@@ -9,7 +9,7 @@ use drr::{Accumulation, Algorithm, Context, Error, Method, Projector, Scene, Sto
 
 use crate::Test;
 use crate::support::{awkward_grid, chest_hu, classification, noise, poses, projector, requests, volume};
-use crate::twin::{KINDS, method_conforms};
+use crate::twin::{kinds, method_conforms};
 
 pub(super) const TESTS: [Test; 4] = [
     ("with_every_sum", with_every_sum),
@@ -24,9 +24,9 @@ const OTHER_SUMS: [Accumulation; 2] = [Accumulation::Naive, Accumulation::Compen
 
 /// Every algorithm with every sum but the usual one, or nothing where the engine refuses them, as it must.
 fn methods(backend: Backend, volume: &Arc<Volume>) -> Vec<Method> {
-    let all = KINDS
-        .into_iter()
-        .flat_map(|algorithm| OTHER_SUMS.map(|accumulation| Method { accumulation, ..algorithm.into() }));
+    let all = kinds(backend)
+        .iter()
+        .flat_map(|&algorithm| OTHER_SUMS.map(|accumulation| Method { accumulation, ..algorithm.into() }));
     if backend == Backend::Cpu {
         return all.collect();
     }
@@ -119,7 +119,7 @@ fn with_bytes_where_they_suffice(backend: Backend) {
             let projector = Projector::new(&context, volume(), scene).expect("valid");
             projector.project(&views, Layers::ALL, SILENT).expect("projects")
         };
-        for algorithm in KINDS {
+        for &algorithm in kinds(backend) {
             let [bytes, again] = [1, 3].map(|threads| project(algorithm, Storage::Byte, threads));
             assert!(bytes == again, "{algorithm:?}: 3 threads differ");
             let whole = project(algorithm, Storage::Exact, 2);

@@ -12,7 +12,7 @@ use drr::volume::{Volume, VolumeBuilder};
 
 use crate::Test;
 use crate::support::{classification, requests};
-use crate::twin::{KINDS, conforms_with};
+use crate::twin::{conforms_with, kinds};
 
 pub(super) const TESTS: [Test; 2] =
     [("of_a_real_chest", of_a_real_chest), ("of_the_phantoms", of_the_phantoms)];
@@ -24,7 +24,7 @@ const PIXEL_MM: f64 = 7.2;
 /// Holds the stereo pair of the main job to its twin.
 fn stereo_pair(backend: Backend, name: &str, volume: &Arc<Volume>) {
     let pair = DetectorPose::stereo_pair(volume.grid(), 1000.0, 1500.0, PIXEL_MM, SIZE);
-    conforms_with(&KINDS, backend, name, volume, &Scene::new(SIZE).expect("valid"), &requests(pair));
+    conforms_with(kinds(backend), backend, name, volume, &Scene::new(SIZE).expect("valid"), &requests(pair));
 }
 
 fn of_a_real_chest(backend: Backend) {

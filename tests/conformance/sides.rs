@@ -10,7 +10,7 @@ use glam::{DAffine3, DMat3, DMat4, DVec3, DVec4};
 
 use crate::Test;
 use crate::support::{awkward_grid, classification, noise, poses, projector, requests, volume};
-use crate::twin::{KINDS, conforms, conforms_with};
+use crate::twin::{conforms, conforms_with, kinds};
 
 pub(super) const TESTS: [Test; 5] = [
     ("in_strongly_sheared_grids", in_strongly_sheared_grids),
@@ -128,6 +128,6 @@ fn in_strongly_sheared_grids(backend: Backend) {
         let source = grid.centre() - 1000.0 * direction;
         let pose = DetectorPose { source, first_pixel, column_step, row_step };
         let scene = Scene::new([20, 16]).expect("valid");
-        conforms_with(&KINDS, backend, &format!("shear {shear}"), &volume, &scene, &requests([pose]));
+        conforms_with(kinds(backend), backend, &format!("shear {shear}"), &volume, &scene, &requests([pose]));
     }
 }

@@ -9,18 +9,28 @@ use drr::{Algorithm, Method, Scene, ViewRequest};
 
 use crate::support::{max_relative, projector, relative_l2};
 
-pub(super) const ALGORITHMS: [Algorithm; 6] = [
+const ALGORITHMS: [Algorithm; 7] = [
     Algorithm::Joseph,
     Algorithm::March { step: 1.0 },
     Algorithm::March { step: 0.5 },
     Algorithm::March { step: 0.37 },
     Algorithm::March { step: 2.7 },
     Algorithm::Siddon,
+    Algorithm::DistanceDriven,
 ];
 
-/// One of each kind.
-pub(super) const KINDS: [Algorithm; 3] =
-    [Algorithm::Joseph, Algorithm::March { step: 0.5 }, Algorithm::Siddon];
+const KINDS: [Algorithm; 4] =
+    [Algorithm::Joseph, Algorithm::March { step: 0.5 }, Algorithm::Siddon, Algorithm::DistanceDriven];
+
+/// One of each kind that the engine has: without distance-driven means on GPUs.
+pub(super) fn kinds(backend: Backend) -> &'static [Algorithm] {
+    of_engine(backend, &KINDS)
+}
+
+/// Those that the engine has: the last one of the list is of the CPU only.
+fn of_engine(backend: Backend, all: &[Algorithm]) -> &[Algorithm] {
+    if backend == Backend::Cpu { all } else { &all[..all.len() - 1] }
+}
 
 /// What an engine may be off by.
 struct Bounds {
@@ -82,7 +92,7 @@ pub(super) fn conforms(
     scene: &Scene,
     views: &[ViewRequest],
 ) {
-    conforms_with(&ALGORITHMS, backend, name, volume, scene, views);
+    conforms_with(of_engine(backend, &ALGORITHMS), backend, name, volume, scene, views);
 }
 
 fn compare(backend: Backend, algorithm: Algorithm, name: &str, fast: &Images<f32>, truth: &Images<f64>) {

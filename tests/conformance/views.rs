@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use crate::Test;
 use crate::support::{awkward_grid, chest_hu, classification, poses, projector, requests, volume};
-use crate::twin::{KINDS, conforms, conforms_with, worse};
+use crate::twin::{conforms, conforms_with, kinds, worse};
 
 pub(super) const TESTS: [Test; 5] = [
     ("with_several_rays_per_pixel", with_several_rays_per_pixel),
@@ -32,10 +32,10 @@ fn with_several_rays_per_pixel(backend: Backend) {
     for supersampling in [2, 3] {
         let scene = Scene { supersampling, ..Scene::new(SIZE).expect("valid") };
         let name = format!("{supersampling} rays a side");
-        conforms_with(&KINDS, backend, &name, &volume(grid), &scene, &views);
+        conforms_with(kinds(backend), backend, &name, &volume(grid), &scene, &views);
     }
     let scene = Scene { supersampling: 2, ..Scene::new(SIZE).expect("valid") };
-    conforms_with(&KINDS, backend, "2 rays a side, float32", &Arc::new(float32), &scene, &views);
+    conforms_with(kinds(backend), backend, "2 rays a side, float32", &Arc::new(float32), &scene, &views);
 }
 
 /// Of 256 rays a few miss: equal terms by the hundred, which must not be rounded all the same way.
@@ -53,7 +53,7 @@ fn with_the_box_s_edge_in_a_pixel(backend: Backend) {
             row_step: 16.0 * DVec3::Z,
         };
         let name = format!("{missing} columns of rays beside the matter");
-        conforms_with(&KINDS, backend, &name, &volume, &scene, &requests([pose]));
+        conforms_with(kinds(backend), backend, &name, &volume, &scene, &requests([pose]));
     }
 }
 
@@ -86,7 +86,7 @@ fn with_spectral_tables_of_their_own(backend: Backend) {
     let grid = awkward_grid([70, 61, 53]);
     let scene = Scene::new(SIZE).expect("valid");
     let views = of_several_tubes(&grid, &scene, SIZE);
-    conforms_with(&KINDS, backend, "several tubes", &volume(grid), &scene, &views);
+    conforms_with(kinds(backend), backend, "several tubes", &volume(grid), &scene, &views);
 }
 
 /// A chest four metres deep, behind which nothing is left, of many blocks of slices.
@@ -99,7 +99,7 @@ fn giant(size: [usize; 2]) -> (Arc<Volume>, View) {
 /// May lose e⁻¹⁵ of I0 in the intensity. Where another layer would show it, no ray stops.
 fn with_early_exit(backend: Backend) {
     let (volume, view) = giant(SIZE);
-    for algorithm in KINDS {
+    for &algorithm in kinds(backend) {
         let projector = projector(
             backend,
             &volume,

@@ -10,7 +10,7 @@ use drr::volume::{Classification, Volume};
 
 use crate::Test;
 use crate::support::{awkward_grid, chest_hu, classification, noise, poses, projector, requests};
-use crate::twin::{KINDS, conforms, conforms_with};
+use crate::twin::{conforms, conforms_with, kinds};
 
 pub(super) const TESTS: [Test; 7] = [
     ("with_one_material_with_two_and_with_eight", with_one_material_with_two_and_with_eight),
@@ -106,7 +106,7 @@ fn with_calibrations_of_ones_own(backend: Backend) {
         for labels in [None, Some(vec![2; hu.len()])] {
             let volume = Volume::from_int16(grid, &hu, labels.as_deref(), &how).expect("valid");
             let scene = Scene::new(SIZE).expect("valid");
-            conforms_with(&KINDS, backend, name, &Arc::new(volume), &scene, &requests([pose]));
+            conforms_with(kinds(backend), backend, name, &Arc::new(volume), &scene, &requests([pose]));
         }
     }
 }
@@ -128,12 +128,12 @@ fn of_one_label(backend: Backend) {
         let labels = vec![label; hu.len()];
         let scene = scene(&EIGHT, Some(label));
         let int16 = Volume::from_int16(grid, &hu, Some(&labels), &how).expect("valid");
-        conforms_with(&KINDS, backend, calibration, &Arc::new(int16), &scene, &requests([pose]));
+        conforms_with(kinds(backend), backend, calibration, &Arc::new(int16), &scene, &requests([pose]));
     }
     let wide: Vec<f32> = hu.iter().map(|&hu| f32::from(hu) + 0.25).collect();
     let float32 = Volume::from_float32(grid, &wide, Some(&vec![3; hu.len()]), &classification());
     let volume = Arc::new(float32.expect("valid"));
-    conforms_with(&KINDS, backend, "float32", &volume, &scene(&EIGHT, Some(3)), &requests([pose]));
+    conforms_with(kinds(backend), backend, "float32", &volume, &scene(&EIGHT, Some(3)), &requests([pose]));
 }
 
 /// Powers of two, whose bits are few: none of them is taken for vacuum, and vacuum for none of them.
@@ -147,7 +147,7 @@ fn of_round_densities(backend: Backend) {
             (0..hu.len()).map(|i| (noise(i as u64 / 9) * f64::from(labels)) as u8).collect();
         let volume = Arc::new(Volume::from_float32(grid, &hu, Some(&labels), &how).expect("valid"));
         let scene = scene(&EIGHT[..4], Some(0));
-        conforms_with(&KINDS, backend, "float32", &volume, &scene, &requests([pose]));
+        conforms_with(kinds(backend), backend, "float32", &volume, &scene, &requests([pose]));
     }
 }
 
@@ -157,7 +157,7 @@ fn of_vacuum(backend: Backend) {
     let labels: Vec<u8> = (0..grid.voxel_count()).map(|i| (noise(i as u64) * 4.0) as u8).collect();
     let volume = Volume::from_int16(grid, &vec![-2000; labels.len()], Some(&labels), &classification());
     let volume = Arc::new(volume.expect("valid"));
-    for algorithm in KINDS {
+    for &algorithm in kinds(backend) {
         let projector =
             projector(backend, &volume, Scene { method: algorithm.into(), ..scene(&EIGHT[..4], Some(3)) });
         let images = projector.project(&requests([pose]), Layers::ALL, SILENT).expect("projects");

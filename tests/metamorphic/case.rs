@@ -22,7 +22,11 @@ pub(crate) const ANY: &[Algorithm] = &[
     Algorithm::March { step: 2.7 },
     Algorithm::Siddon,
     Algorithm::Exact,
+    Algorithm::DistanceDriven,
 ];
+
+/// Those that take a pixel for the ray through its middle.
+pub(crate) const RAYS: &[Algorithm] = ANY.split_last().expect("there are some").1;
 
 /// Labels 0 … 7.
 const MATERIALS: [&str; 8] =

@@ -24,6 +24,11 @@ Examples:
   drr plan --focal-spot 0.6 --scatter --measure           what they cost on this machine, stage by stage
   drr effects                                             what every effect costs: a table, a chart, a contact sheet
   drr rounding                                            how rounding grows along a ray, and what it costs to stop it
+  drr align --ct chest.nii.gz                             misaligned views of a parallel beam find where they are
+  drr reconstruct                                         a volume from 60 views: slices, convergence
+  drr reconstruct --joint                                 ... which are misaligned
+  drr register --capture-range                            where a CT is, from its stereo pair; from how far off
+  drr align --check                                       its derivatives against differences
   drr bench --json                                        how long each stage takes
   drr phantom thorax --noise --size 720,720,665 --output thorax.nii
   drr validate                                            the measured error against closed forms
@@ -53,8 +58,14 @@ pub(crate) enum Command {
     Tradeoff(crate::tradeoff::Arguments),
     /// Measure what each effect costs in time beside the plain projection.
     Effects(crate::effects::Arguments),
+    /// Reconstruct a volume from its views, simulated or measured; with --joint, views that are misaligned.
+    Reconstruct(crate::reconstruct::Arguments),
+    /// Find where an object is from cone-beam images of it and its CT: 2D/3D registration of six parameters.
+    Register(crate::register::Arguments),
     /// Measure how the rounding of sums grows with the length of a ray.
     Rounding(crate::rounding::Arguments),
+    /// Align views of a parallel beam to a volume, or check the derivatives that this needs.
+    Align(crate::align::Arguments),
     /// Time every stage of a projection, with a pass over the memory for comparison.
     Bench(crate::bench::Arguments),
     /// Write a phantom with known line integrals as a NIfTI volume.

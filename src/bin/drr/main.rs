@@ -1,6 +1,8 @@
 //! The command `drr`: X-ray projections of CT volumes. Every subcommand is a file; `drr --help` is the manual.
 #![allow(clippy::doc_markdown, reason = "comments on arguments are texts for a terminal, not Markdown")]
 
+mod algorithm;
+mod align;
 mod bench;
 mod certificate;
 mod charts;
@@ -11,14 +13,20 @@ mod ct;
 mod default_ct;
 mod effect_arguments;
 mod effects;
+mod fit;
 mod inputs;
+mod line_integrals;
 mod memory;
 mod method;
+mod object;
 mod output;
 mod phantom;
 mod physics;
 mod plan;
 mod project;
+mod reconstruct;
+mod register;
+mod rms;
 mod rounding;
 mod times;
 mod tradeoff;
@@ -58,7 +66,10 @@ fn main() -> ExitCode {
         Some(Command::Plan(arguments)) => plan::run(&arguments, console),
         Some(Command::Tradeoff(arguments)) => tradeoff::run(&arguments, console),
         Some(Command::Effects(arguments)) => effects::run(&arguments, console),
+        Some(Command::Reconstruct(arguments)) => reconstruct::run(&arguments, console),
+        Some(Command::Register(arguments)) => register::run(&arguments, console),
         Some(Command::Rounding(arguments)) => rounding::run(&arguments, console),
+        Some(Command::Align(arguments)) => align::run(&arguments, console),
         Some(Command::Bench(arguments)) => bench::run(&arguments, console),
         Some(Command::Phantom(arguments)) => phantom::run(&arguments, console),
         Some(Command::Validate(arguments)) => validate::run(&arguments, console),

@@ -9,12 +9,13 @@ use drr::engine::{Backend, DeviceChoice};
 use drr::planner::Costs;
 use drr::{Accumulation, Algorithm, Context, Energies, Error, Method, Storage, Tolerance};
 
+use crate::algorithm::AlgorithmName;
 use crate::value;
 
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Method")]
 pub(crate) struct MethodArguments {
-    /// How line integrals are taken
+    /// How line integrals are taken; distance_driven with --engine cpu or reference, exact with --engine reference
     #[arg(long, value_enum, default_value = "joseph")]
     algorithm: AlgorithmName,
     /// Step of the march in voxels along the driving axis, 1/64 to 8 [default: 0.5]
@@ -55,18 +56,6 @@ pub(crate) struct MethodArguments {
     /// Threads; 0 is one per core
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value = "0")]
     threads: usize,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum AlgorithmName {
-    /// One bilinear sample per slice of the driving axis
-    Joseph,
-    /// Trilinear samples at equal steps
-    March,
-    /// Exact lengths through voxels of constant value
-    Siddon,
-    /// The interpolated field integrated exactly; with --engine reference
-    Exact,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -152,21 +141,15 @@ impl MethodArguments {
     }
 
     fn algorithm(&self) -> Result<Algorithm> {
-        if self.step.is_some() && self.algorithm != AlgorithmName::March {
-            bail!("--step is given; valid: only with --algorithm march");
+        let algorithm = self.algorithm.algorithm(self.step)?;
+        if algorithm == Algorithm::Exact && self.engine != EngineName::Reference {
+            let own = if self.engine == EngineName::Cpu { ", distance_driven" } else { "" };
+            bail!(
+                "--algorithm is exact; valid with --engine {}: joseph, march, siddon{own}",
+                self.engine.backend().name()
+            );
         }
-        Ok(match self.algorithm {
-            AlgorithmName::Joseph => Algorithm::Joseph,
-            AlgorithmName::March => Algorithm::March { step: self.step.unwrap_or(0.5) },
-            AlgorithmName::Siddon => Algorithm::Siddon,
-            AlgorithmName::Exact if self.engine != EngineName::Reference => {
-                bail!(
-                    "--algorithm is exact; valid with --engine {}: joseph, march, siddon",
-                    self.engine.backend().name()
-                )
-            }
-            AlgorithmName::Exact => Algorithm::Exact,
-        })
+        Ok(algorithm)
     }
 
     pub(crate) fn context(&self) -> Result<Context> {

@@ -47,8 +47,8 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The plan with what its stages take, intensity and line integral of all views; of a second projection, because the first
-/// makes what is kept.
+/// The plan with what its stages take, intensity and line integral of all views; of a second projection, because the
+/// first makes what is kept.
 fn measured(projector: &Projector, views: &Views, console: Console) -> Result<Plan> {
     let requests = views.requests();
     let bar = console.bar("projecting", 2 * projector.rays(&requests));

@@ -1,4 +1,5 @@
-//! `drr rounding`: how the error of a sum along a ray grows with its length, for each way of adding, and what each costs.
+//! `drr rounding`: how the error of a sum along a ray grows with its length, for each way of adding, and what each
+//! costs.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -16,9 +17,10 @@ use drr::{Accumulation, Algorithm, Context, Method, Projector, Scene, ViewReques
 use glam::DVec3;
 use serde_json::json;
 
-use crate::charts::{Curves, Drawing as _, Series};
+use crate::charts::{Curves, Drawing as _, Scale, Series};
 use crate::console::Console;
 use crate::output::prepare;
+use crate::rms::rms;
 use crate::times::median;
 
 #[derive(Debug, Args)]
@@ -112,7 +114,7 @@ fn measure(samples: usize) -> Result<Vec<Row>> {
             }
             let seen = images.areal_density.iter().zip(&exact).filter(|(_, exact)| **exact > 0.0);
             let errors: Vec<f64> = seen.map(|(own, exact)| f64::from(*own) / exact - 1.0).collect();
-            let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
+            let rms = rms(errors.iter().copied());
             let max = errors.iter().fold(0.0, |max: f64, e| max.max(e.abs()));
             let ns_per_sample = 1e9 * median(&times) / (samples * RAYS[0] * RAYS[1]) as f64;
             Ok(Row { samples, way, rms, max, ns_per_sample })
@@ -187,6 +189,7 @@ fn draw(rows: &[Row], folder: &Path) -> Result<()> {
             "{} rays through noise of soft tissue, against the same sum in float64",
             RAYS[0] * RAYS[1]
         ),
+        x_scale: Scale::Decades,
         x_label: "samples along the ray".into(),
         y_label: "relative error of the areal density, RMS".into(),
         series: WAYS.iter().enumerate().map(series).collect(),

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use drr::formats::GeometryFile;
 use drr::geometry::{DetectorPose, Grid};
+use glam::DVec3;
 
 use crate::value;
 
@@ -54,6 +55,23 @@ impl Default for ViewArguments {
     }
 }
 
+/// The radius, mm, of the cylinder about the z axis through the volume's centre in which the volume is.
+///
+/// # Errors
+/// For a source within it, and a detector that is not behind the axis.
+pub(crate) fn check_outside(grid: &Grid, sad: f64, sdd: f64) -> Result<f64> {
+    let matrix = grid.index_to_world().matrix3;
+    let n = DVec3::from_array(grid.dimensions().map(|n| n as f64));
+    let extent = |axis: DVec3| (matrix.transpose() * axis).abs().dot(n);
+    let radius = 0.5 * extent(DVec3::X).hypot(extent(DVec3::Y));
+    if !(sad > radius && sdd > sad) {
+        bail!(
+            "--sad is {sad} and --sdd {sdd}; valid: {radius:.0} < sad < sdd, mm, the source outside of the volume"
+        );
+    }
+    Ok(radius)
+}
+
 /// One pose per view, with a common detector.
 #[derive(Debug, Clone)]
 pub(crate) struct Views {
@@ -63,6 +81,14 @@ pub(crate) struct Views {
 }
 
 impl ViewArguments {
+    /// Refuses a source within the volume's circle of rotation; poses of a file are taken as they are.
+    pub(crate) fn check_outside(&self, grid: &Grid) -> Result<()> {
+        if self.geometry.is_none() {
+            check_outside(grid, self.sad, self.sdd)?;
+        }
+        Ok(())
+    }
+
     /// The views of a volume on `grid`.
     pub(crate) fn views(&self, grid: &Grid) -> Result<Views> {
         if let Some(path) = &self.geometry {
@@ -79,9 +105,14 @@ impl ViewArguments {
 }
 
 impl Views {
+    /// Whether the head is at the last row of a view.
+    pub(crate) fn head_last(&self, view: usize) -> bool {
+        self.poses[view].row_step.z > 0.0
+    }
+
     /// The values of a view of `width` columns, turned so that the head is up.
     pub(crate) fn upright(&self, view: usize, values: &[f32], width: usize) -> Vec<f32> {
-        if self.poses[view].row_step.z > 0.0 {
+        if self.head_last(view) {
             values.chunks_exact(width).rev().flatten().copied().collect()
         } else {
             values.to_vec()

@@ -2,6 +2,7 @@
 
 mod detected;
 mod normal;
+mod photons;
 mod poisson;
 mod random;
 #[cfg(test)]
@@ -13,8 +14,11 @@ use rayon::prelude::*;
 
 use crate::effects::Plane;
 use crate::effects::noise::detected::Photons;
-use crate::effects::noise::random::RowRandom;
 use crate::error::{Error, Result};
+
+pub use photons::PhotonNoise;
+
+pub(crate) use random::RowRandom;
 
 /// Largest dose, photons per pixel.
 const MOST_PHOTONS: f64 = 1e12;

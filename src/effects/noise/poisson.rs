@@ -39,7 +39,7 @@ const MOST_STEPS: usize = 12;
 /// The smallest count k with P(N ≤ k) ≥ `u` for a Poisson number N of that `mean`, 0 ≤ mean ≤ 1e15, 0 < u < 1.
 ///
 /// From a mean of 12 on, k is that of a u at most 3e-6 away; below, that of u to rounding. NaN stays NaN.
-pub(crate) fn poisson_quantile(u: f64, mean: f64) -> f64 {
+pub(super) fn poisson_quantile(u: f64, mean: f64) -> f64 {
     if mean < SUMMED_BELOW { summed(u, mean) } else { expanded(u, mean) }
 }
 

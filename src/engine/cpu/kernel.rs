@@ -1,4 +1,4 @@
-//! The three algorithms, cell by cell of the driving axis.
+//! The algorithms, cell by cell of the driving axis: what they share, and those of them that sample points or lengths.
 
 use crate::engine::cpu::field::Field;
 use crate::engine::cpu::lanes::{Lanes, lerp};
@@ -10,7 +10,7 @@ use crate::engine::cpu::sum::Sum;
 pub(super) const BLOCK: u32 = 64;
 
 /// Cells whose positions are computed side by side.
-const WIDTH: usize = 8;
+pub(super) const WIDTH: usize = 8;
 
 /// An algorithm. Cells are those of [`Path`].
 pub(super) trait Kernel: Sync {
@@ -134,7 +134,7 @@ impl Kernel for Joseph {
 
 /// The field in one slice, between four voxels.
 #[inline(always)]
-fn bilinear<L: Lanes, F: Field<L>>(field: &F, path: &Path, corner: u32, fu: f32, fv: f32) -> L {
+pub(super) fn bilinear<L: Lanes, F: Field<L>>(field: &F, path: &Path, corner: u32, fu: f32, fv: f32) -> L {
     let [du, dv] = path.stride;
     let across = corner.wrapping_add(dv);
     let lower = lerp(field.at(corner), field.at(corner.wrapping_add(du)), fu);

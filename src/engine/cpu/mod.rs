@@ -1,6 +1,7 @@
 //! The float32 engine: all cores, tiles of rays that walk through the volume together.
 
 pub(crate) mod bins;
+mod distance_driven;
 mod field;
 mod indicator;
 mod kernel;
@@ -9,6 +10,7 @@ mod path;
 pub(crate) mod signal;
 mod sum;
 mod tile;
+mod width;
 mod window;
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -23,9 +25,10 @@ use crate::error::Result;
 use crate::method::{Accumulation, Algorithm};
 use crate::physics::MAX_MATERIALS;
 use crate::plan::Plan;
-use crate::raycast::Ray;
+use crate::raycast::{Beam, Footprint, Ray};
 use crate::scene::Scene;
 use crate::volume::Volume;
+use distance_driven::DistanceDriven;
 use field::Table;
 use indicator::Indicator;
 use kernel::{Joseph, March, Siddon};
@@ -56,6 +59,9 @@ pub struct Cpu {
     bone: Option<Indicator>,
     signal: Signal,
 }
+
+/// Rays, and the footprints of their pixels where the algorithm asks for them.
+type Pixels<'a> = (&'a [Ray], &'a [Footprint]);
 
 /// The march's tables, for as many materials as the plan needs.
 enum Accumulators {
@@ -128,13 +134,15 @@ impl Cpu {
     ) -> Vec<PixelValue> {
         let n = self.supersampling;
         let offset = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
-        let pixel_rays = |&(i, j): &(usize, usize)| {
+        let in_pixel = |&(i, j): &(usize, usize)| {
             (0..n * n).map(move |k| (i as f64 + offset(k % n), j as f64 + offset(k / n)))
         };
-        let rays: Vec<Ray> = pixels.iter().flat_map(pixel_rays).map(|(i, j)| view.beam.ray(i, j)).collect();
+        let places: Vec<(f64, f64)> = pixels.iter().flat_map(in_pixel).collect();
+        let rays: Vec<Ray> = places.iter().map(|&(i, j)| view.beam.ray(i, j)).collect();
+        let footprints = self.footprints(&view.beam, &places, &rays);
         // A truncated ray would be seen in every layer but the intensity and, marched on its own, the bone path.
         let may_stop = view.early_exit && !layers.line_integral && !layers.areal_density;
-        let areal_densities = self.areal_densities(&rays, may_stop.then_some(signal));
+        let areal_densities = self.areal_densities((&rays, &footprints), may_stop.then_some(signal));
         let bone_paths = if layers.bone_path { self.bone_paths(&rays) } else { Vec::new() };
         let mut depth = Vec::new();
         let lit = layers.intensity || layers.line_integral;
@@ -151,8 +159,17 @@ impl Cpu {
         values.chunks(n * n).map(PixelValue::mean).collect()
     }
 
+    /// What the pixels cover, where the algorithm asks for it.
+    fn footprints(&self, beam: &Beam, places: &[(f64, f64)], rays: &[Ray]) -> Vec<Footprint> {
+        if self.algorithm != Algorithm::DistanceDriven {
+            return Vec::new();
+        }
+        let all = beam.of_parts(self.supersampling).footprints();
+        places.iter().zip(rays).map(|(&(i, j), ray)| all.of(ray, i, j)).collect()
+    }
+
     /// Areal densities of each ray, g/cm², by label.
-    fn areal_densities(&self, rays: &[Ray], stop: Option<&Signal>) -> Vec<[f64; MAX_MATERIALS]> {
+    fn areal_densities(&self, rays: Pixels<'_>, stop: Option<&Signal>) -> Vec<[f64; MAX_MATERIALS]> {
         let labels = &self.labels;
         let by_label = |lanes: &[f64; MAX_MATERIALS]| {
             let mut areal = [0.0; MAX_MATERIALS];
@@ -164,7 +181,7 @@ impl Cpu {
             stop.is_some_and(|signal| signal.least_depth(&by_label(lanes)) > OPAQUE)
         };
         let lanes = match &self.accumulators {
-            Accumulators::None => vec![[0.0; MAX_MATERIALS]; rays.len()],
+            Accumulators::None => vec![[0.0; MAX_MATERIALS]; rays.0.len()],
             Accumulators::One(table) => self.integrate(table, rays, &opaque),
             Accumulators::Four(table) => self.integrate(table, rays, &opaque),
             Accumulators::Eight(table) => self.integrate(table, rays, &opaque),
@@ -175,7 +192,7 @@ impl Cpu {
     fn integrate<L: Lanes>(
         &self,
         table: &Table<L>,
-        rays: &[Ray],
+        rays: Pixels<'_>,
         opaque: &dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
     ) -> Vec<[f64; MAX_MATERIALS]> {
         match self.accumulation {
@@ -188,7 +205,7 @@ impl Cpu {
     fn integrate_by<S: Sum<L>, L: Lanes>(
         &self,
         table: &Table<L>,
-        rays: &[Ray],
+        (rays, footprints): Pixels<'_>,
         opaque: &dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
     ) -> Vec<[f64; MAX_MATERIALS]> {
         let tile = |step| Tile::new(rays, &self.volume, step);
@@ -196,6 +213,9 @@ impl Cpu {
             Algorithm::March { step } => tile(step).integrate::<S, L>(&March, table, opaque),
             Algorithm::Siddon => tile(1.0).integrate::<S, L>(&Siddon, table, opaque),
             Algorithm::Joseph => tile(1.0).integrate::<S, L>(&Joseph, table, opaque),
+            Algorithm::DistanceDriven => {
+                tile(1.0).of_pixels(footprints, rays).integrate::<S, L>(&DistanceDriven, table, opaque)
+            }
             Algorithm::Exact => unreachable!("the plan refuses it"),
         }
     }

@@ -1,6 +1,7 @@
 //! A clipped ray as the float32 loops need it.
 
-use crate::raycast::{Ray, Span, ray::TRANSVERSE};
+use crate::engine::cpu::width::Widths;
+use crate::raycast::{Footprint, Ray, Span, ray::TRANSVERSE};
 
 /// A clipped ray, in cells of the driving axis: cell k is [−½ + k·step, −½ + (k+1)·step]. All positions are relative to
 /// the reference voxel, which is near the middle of the ray's part inside the box, and to the cell there.
@@ -33,6 +34,8 @@ pub(super) struct Path {
     pub enter: f32,
     /// How much of the first and of the last cell is inside; of the only one, if it is one, the first.
     pub lengths: [f32; 2],
+    /// Of the pixel.
+    pub widths: Widths,
     /// World length of one cell, cm.
     pub cm_per_cell: f64,
     /// Position in the order of work: by driving axis, then by the signs of the slopes.
@@ -153,9 +156,17 @@ impl Path {
             inner: [inner[0] as u32, inner[1].max(inner[0]) as u32],
             enter: (enter - first) as f32,
             lengths: [(leave.min(first + 1.0) - enter) as f32, (leave - last) as f32],
+            widths: Widths::POINT,
             cm_per_cell: 0.1 * ray.mm_per_slice * step,
             bin: 4 * ray.axis as u8 + 2 * u8::from(ray.slope[0] < 0.0) + u8::from(ray.slope[1] < 0.0),
         }
+    }
+
+    /// The same path of one slice per cell, of a pixel with this footprint whose ray it is.
+    pub(super) fn of_pixel(self, footprint: &Footprint, ray: &Ray) -> Self {
+        let from_centre = f64::from(self.middle) - ray.centre;
+        let cells = self.cells.map(|cell| f64::from(self.cells_to(cell)));
+        Self { widths: Widths::new(footprint, from_centre, cells), ..self }
     }
 
     /// The driving axis.

@@ -7,7 +7,7 @@ use crate::engine::cpu::lanes::Lanes;
 use crate::engine::cpu::sum::Sum;
 use crate::engine::cpu::window::Window;
 use crate::physics::MAX_MATERIALS;
-use crate::raycast::Ray;
+use crate::raycast::{Footprint, Ray};
 use crate::volume::Volume;
 
 /// The rays that hit, in order of their bins: all rays of a bin take the same steps.
@@ -40,6 +40,14 @@ impl<'a> Tile<'a> {
         let mut paths: Vec<_> = rays.iter().enumerate().filter_map(path).collect();
         paths.sort_by_key(|(k, path)| (path.bin, *k));
         Self { volume, rays: rays.len(), paths, step }
+    }
+
+    /// The same rays of pixels with these footprints.
+    pub(super) fn of_pixels(mut self, footprints: &[Footprint], rays: &[Ray]) -> Self {
+        for (k, path) in &mut self.paths {
+            *path = path.of_pixel(&footprints[*k], &rays[*k]);
+        }
+        self
     }
 
     /// ∫ dl of each ray in cm times the field's unit, lane by lane, summed by `S`. A ray stops once `opaque` says so.

@@ -11,7 +11,7 @@ use crate::allocation::filled;
 use crate::engine::cuda::driver::{self, Current, allocated, checked};
 use crate::engine::cuda::program::{Program, Target};
 use crate::engine::cuda::volume::DeviceVolume;
-use crate::engine::gpu::{Definitions, Programs, Volumes};
+use crate::engine::gpu::{Definitions, Kernel, Programs, Volumes};
 use crate::error::{Error, Result};
 use crate::volume::Volume;
 
@@ -26,7 +26,7 @@ pub(crate) struct Device {
     name: CString,
     driver: [i32; 2],
     target: Target,
-    programs: Programs<(Definitions, u32), Program>,
+    programs: Programs<(Kernel, Definitions, u32), Program>,
     volumes: Volumes<DeviceVolume>,
 }
 
@@ -125,14 +125,17 @@ impl Device {
         unsafe { Current::new(self.context) }
     }
 
-    /// The kernel of these definitions for blocks of `threads`, compiled if it is new.
+    /// A kernel with these definitions for blocks of `threads`, compiled if it is new.
     pub(super) fn program(
         &self,
+        kernel: Kernel,
         definitions: &Definitions,
         threads: u32,
         _: &Current,
     ) -> Result<Arc<Program>> {
-        self.programs.get(&(definitions.clone(), threads), || Program::new(definitions, threads, self.target))
+        self.programs.get(&(kernel, definitions.clone(), threads), || {
+            Program::new(kernel, definitions, threads, self.target)
+        })
     }
 
     /// The volume as this device holds it, copied there if it is new.

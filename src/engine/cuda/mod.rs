@@ -6,6 +6,7 @@ mod device;
 mod driver;
 mod launch;
 mod outputs;
+mod parallel;
 mod program;
 mod volume;
 
@@ -15,8 +16,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use cudarc::driver::result;
 
 pub(crate) use device::Device;
+pub(crate) use parallel::Parallel;
 
-use crate::engine::gpu::{Prepared, Views};
+use crate::engine::gpu::{Kernel, Prepared, Views};
 use crate::engine::{
     Backend, DeviceOutputs, Engine, Images, Job, Layers, Passed, SignalsJob, Timings, ViewJob,
 };
@@ -84,7 +86,7 @@ impl Cuda {
         mut signals: Option<(SignalPlanes<'_>, u64)>,
         (stream, current): (&Stream<'_>, &Current),
     ) -> Result<f64> {
-        let program = self.device.program(&views.definitions, self.threads(), current)?;
+        let program = self.device.program(Kernel::Projection, &views.definitions, self.threads(), current)?;
         let pixels = self.pixels() * views.beams.len();
         let materials = self.prepared.materials;
         let (_, bytes) = Places::packed(0, pixels, materials, layers);
@@ -183,7 +185,8 @@ impl Engine for Cuda {
         // All kernels are compiled before the first is in the queue.
         let prepared = |some: &[ViewJob]| {
             let views = self.prepared.views(some, job.layers);
-            let program = self.device.program(&views.definitions, self.threads(), &current)?;
+            let program =
+                self.device.program(Kernel::Projection, &views.definitions, self.threads(), &current)?;
             Ok((views, program))
         };
         let launches: Vec<_> = job.views.chunks(self.views_at_once).map(prepared).collect::<Result<_>>()?;

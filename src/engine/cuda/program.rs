@@ -7,11 +7,8 @@ use cudarc::driver::{result, sys};
 use cudarc::nvrtc;
 
 use crate::engine::cuda::driver::checked;
-use crate::engine::gpu::{CUDA_TEXT, Definitions};
+use crate::engine::gpu::{Definitions, Kernel};
 use crate::error::{Error, Result};
-
-/// The entry point of `shaders/drr.cu`.
-const KERNEL: &str = "projectPolyenergeticDRR";
 
 /// What the compiler makes, for a compute capability: 90 is 9.0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,8 +77,8 @@ struct Source {
 }
 
 impl Source {
-    fn new() -> Result<Self> {
-        let text = CString::new(CUDA_TEXT).map_err(|error| unsupported(&error))?;
+    fn new(kernel: Kernel) -> Result<Self> {
+        let text = CString::new(kernel.cuda()).map_err(|error| unsupported(&error))?;
         let raw =
             nvrtc::result::create_program(&text, Some(c"drr.cu")).map_err(|error| unsupported(&error))?;
         Ok(Self { raw, _text: text })
@@ -123,8 +120,13 @@ impl Drop for Source {
 ///
 /// # Errors
 /// `Unsupported`, with the compiler's words.
-pub(super) fn compiled(definitions: &Definitions, threads: u32, target: Target) -> Result<Vec<c_char>> {
-    let source = Source::new()?;
+pub(super) fn compiled(
+    kernel: Kernel,
+    definitions: &Definitions,
+    threads: u32,
+    target: Target,
+) -> Result<Vec<c_char>> {
+    let source = Source::new(kernel)?;
     // As `shaders/dialect.h` promises: nothing is contracted, flushed or approximated.
     let arithmetic = ["--std=c++17", "--fmad=false", "--ftz=false", "--prec-div=true", "--prec-sqrt=true"];
     let mut options = arithmetic.map(str::to_owned).to_vec();
@@ -155,10 +157,15 @@ unsafe impl Sync for Program {}
 
 impl Program {
     /// Compiles a kernel and loads it into the context that is current.
-    pub(super) fn new(definitions: &Definitions, threads: u32, target: Target) -> Result<Self> {
+    pub(super) fn new(
+        kernel: Kernel,
+        definitions: &Definitions,
+        threads: u32,
+        target: Target,
+    ) -> Result<Self> {
         use sys::CUfunction_attribute as Attribute;
         let start = Instant::now();
-        let image = compiled(definitions, threads, target)?;
+        let image = compiled(kernel, definitions, threads, target)?;
         // SAFETY: a cubin, or a text that ends in NUL; both only read during the call.
         let module =
             checked("loading the kernel", unsafe { result::module::load_data(image.as_ptr().cast()) })?;
@@ -169,7 +176,7 @@ impl Program {
             registers: 0,
             local_bytes: 0,
         };
-        let name = CString::new(KERNEL).map_err(|error| unsupported(&error))?;
+        let name = CString::new(kernel.entry_point()).map_err(|error| unsupported(&error))?;
         // SAFETY: the module is loaded.
         program.function = checked("the kernel", unsafe { result::module::get_function(module, name) })?;
         let attribute = |which| {
@@ -197,6 +204,7 @@ mod tests {
     use rayon::prelude::*;
 
     use super::*;
+    use crate::engine::gpu::parallel::Job;
 
     /// Whether the run-time compiler is there. Where every tool is required, it has to be.
     fn compiler() -> bool {
@@ -218,16 +226,21 @@ mod tests {
         if !compiler() {
             return;
         }
-        Definitions::covering().par_iter().enumerate().for_each(|(n, definitions)| {
+        let parallel = [Kernel::Parallel, Kernel::ParallelSums]
+            .map(|kernel| Job::covering().into_iter().map(move |definitions| (kernel, definitions)));
+        let cone = Definitions::covering().into_iter().map(|definitions| (Kernel::Projection, definitions));
+        let all: Vec<_> = cone.chain(parallel.into_iter().flatten()).collect();
+        all.par_iter().enumerate().for_each(|(n, (kernel, definitions))| {
             let target = if n % THOROUGH == 0 { Target::Cubin(90) } else { Target::Ptx(75) };
-            let image = compiled(definitions, 256, target).unwrap_or_else(|e| panic!("{definitions:?}: {e}"));
+            let image = compiled(*kernel, definitions, 256, target)
+                .unwrap_or_else(|e| panic!("{definitions:?}: {e}"));
             let bytes: Vec<u8> = image.iter().map(|&c| c as u8).collect();
             if let Target::Cubin(_) = target {
                 assert_eq!(bytes[..4], *b"\x7fELF", "{definitions:?}");
                 return;
             }
             let text = String::from_utf8_lossy(&bytes);
-            assert!(text.contains(&format!(".entry {KERNEL}(")), "{definitions:?}");
+            assert!(text.contains(&format!(".entry {}(", kernel.entry_point())), "{definitions:?}");
             // By name, a product and a sum in one rounding are written so; float64 is slow on most devices.
             assert!(!text.contains(".f64"), "{definitions:?}");
             assert!(!text.contains("mad.f32") && !text.contains(".ftz"), "{definitions:?}");
@@ -239,7 +252,8 @@ mod tests {
         if !compiler() {
             return;
         }
-        let error = compiled(&Definitions::covering()[0], 0, Target::Ptx(12)).expect_err("no such device");
+        let error = compiled(Kernel::Projection, &Definitions::covering()[0], 0, Target::Ptx(12))
+            .expect_err("no such device");
         assert!(error.to_string().contains("gpu-architecture"), "{error}");
     }
 

@@ -12,14 +12,14 @@ use crate::error::Result;
 use crate::volume::Volume;
 
 /// Memory of a device.
-struct Buffer {
+pub(super) struct Buffer {
     device: Arc<Device>,
-    address: sys::CUdeviceptr,
-    bytes: usize,
+    pub(super) address: sys::CUdeviceptr,
+    pub(super) bytes: usize,
 }
 
 impl Buffer {
-    fn new(device: &Arc<Device>, bytes: usize, what: &str) -> Result<Self> {
+    pub(super) fn new(device: &Arc<Device>, bytes: usize, what: &str) -> Result<Self> {
         let _current = device.current()?;
         // SAFETY: a context is current. A size of 0 is refused by the driver.
         let address = allocated(what, bytes, unsafe { result::malloc_sync(bytes.max(1)) })?;
@@ -30,7 +30,7 @@ impl Buffer {
     ///
     /// # Safety
     /// The values stay until the stream has run it.
-    unsafe fn fill<T: Copy>(&self, first: usize, values: &[T], stream: &Stream<'_>) -> Result<()> {
+    pub(super) unsafe fn fill<T: Copy>(&self, first: usize, values: &[T], stream: &Stream<'_>) -> Result<()> {
         assert!(first + size_of_val(values) <= self.bytes, "slabs lie inside the volume");
         let place = self.address + first as u64;
         // SAFETY: the place is inside the buffer; the values stay by the caller's promise.

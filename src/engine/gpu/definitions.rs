@@ -17,7 +17,7 @@ impl Definitions {
             Algorithm::Joseph => 0,
             Algorithm::March { .. } => 1,
             Algorithm::Siddon => 2,
-            Algorithm::Exact => unreachable!("the plan refuses it"),
+            Algorithm::DistanceDriven | Algorithm::Exact => unreachable!("the plan refuses it"),
         };
         let density = match voxels.density() {
             None | Some(Density::Line { .. }) => 0,
@@ -76,6 +76,11 @@ impl Definitions {
         let mut all = self.0.clone();
         all.push(("DRR_SPECIFICATION_LOOP", 1));
         Self(all)
+    }
+
+    /// Names that are on, as 1.
+    pub(crate) fn flags(flags: impl IntoIterator<Item = (&'static str, bool)>) -> Self {
+        Self(flags.into_iter().filter(|(_, on)| *on).map(|(name, _)| (name, 1)).collect())
     }
 
     /// Names and values.

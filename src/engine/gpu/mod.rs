@@ -5,6 +5,7 @@ mod beam;
 mod definitions;
 mod few;
 mod occupancy;
+pub(crate) mod parallel;
 mod prepared;
 mod programs;
 mod spectra;
@@ -17,12 +18,7 @@ pub(crate) mod wire;
 pub(crate) use definitions::Definitions;
 pub(crate) use prepared::{Prepared, Views};
 pub(crate) use programs::Programs;
-#[cfg(all(feature = "cuda", not(target_vendor = "apple")))]
-pub(crate) use text::CUDA as CUDA_TEXT;
-#[cfg(feature = "host")]
-pub(crate) use text::HOST as HOST_TEXT;
-#[cfg(target_vendor = "apple")]
-pub(crate) use text::METAL as METAL_TEXT;
+pub(crate) use text::Kernel;
 #[cfg(any(feature = "cuda", target_vendor = "apple"))]
 pub(crate) use volumes::Volumes;
 pub(crate) use voxels::{DeviceVoxels, Layout, Slab};

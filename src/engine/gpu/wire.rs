@@ -41,6 +41,11 @@ pub(crate) struct Affine {
 }
 
 impl Affine {
+    /// `offset + column·i + row·j`.
+    pub(crate) fn new(offset: f64, column: f64, row: f64) -> Self {
+        Self { offset: offset.into(), column: column.into(), row: row.into() }
+    }
+
     /// The three components of a vector that changes evenly, relative to `origin`.
     pub(super) fn relative(vector: &Even, origin: DVec3) -> [Self; 3] {
         [0, 1, 2].map(|axis| Self {

@@ -1,6 +1,7 @@
 //! The kernel text as host code: the very lines that a GPU runs, compiled by this machine's C++ compiler.
 #![allow(unsafe_code, reason = "calls what a C++ compiler made")]
 
+mod parallel;
 mod program;
 
 use std::ops::Range;
@@ -15,6 +16,7 @@ use crate::error::Result;
 use crate::plan::Plan;
 use crate::scene::Scene;
 use crate::volume::Volume;
+pub(crate) use parallel::Parallel;
 use program::{HostImages, HostSignals, HostSpectra, HostVoxels, Program};
 
 /// Most rays that one thread casts between two reports of its progress, unless a single pixel has more.

@@ -11,7 +11,7 @@ use libloading::Library;
 
 use crate::engine::Images;
 use crate::engine::gpu::wire::{Beam, Channels, Launch};
-use crate::engine::gpu::{Definitions, HOST_TEXT, Programs, Views};
+use crate::engine::gpu::{Definitions, Kernel, Programs, Views};
 use crate::error::{Error, Result};
 
 /// `DrrVoxels`: codes, occupancy and, if there is one, the table; or densities, labels and occupancy.
@@ -117,13 +117,7 @@ impl Program {
     }
 
     fn compiled(definitions: &Definitions) -> Result<Self> {
-        let failed =
-            |error: &dyn std::fmt::Display| Error::Unsupported(format!("the host's kernel: {error}"));
-        let folder = tempfile::tempdir().map_err(|error| failed(&error))?;
-        let path = folder.path().join("kernel");
-        compile(definitions, &path)?;
-        // SAFETY: the library was compiled from our text a moment ago, and has no initialisers.
-        let library = unsafe { Library::new(&path) }.map_err(|error| failed(&error))?;
+        let library = library(Kernel::Projection, definitions)?;
         let name = c"projectPolyenergeticDRR";
         // SAFETY: `shaders/host.cpp` defines it with this signature, which depends on this definition.
         let project = unsafe {
@@ -167,8 +161,24 @@ impl Program {
     }
 }
 
-/// Compiles the text to a shared library at `path`.
-fn compile(definitions: &Definitions, path: &Path) -> Result<()> {
+pub(super) fn failed(error: &dyn std::fmt::Display) -> Error {
+    Error::Unsupported(format!("the host's kernel: {error}"))
+}
+
+/// The text with its definitions, compiled and loaded.
+///
+/// # Errors
+/// As [`Program::of`].
+pub(super) fn library(kernel: Kernel, definitions: &Definitions) -> Result<Library> {
+    let folder = tempfile::tempdir().map_err(|error| failed(&error))?;
+    let path = folder.path().join("kernel");
+    compile(kernel.host(), definitions, &path)?;
+    // SAFETY: the library was compiled from our text a moment ago, and has no initialisers.
+    unsafe { Library::new(&path) }.map_err(|error| failed(&error))
+}
+
+/// Compiles a text to a shared library at `path`.
+fn compile(text: &str, definitions: &Definitions, path: &Path) -> Result<()> {
     let compiler = std::env::var_os("CXX").unwrap_or_else(|| "c++".into());
     let mut command = Command::new(&compiler);
     command.args(["-x", "c++", "-std=c++17", "-O1", "-ffp-contract=off", "-shared", "-fPIC"]);
@@ -185,7 +195,7 @@ fn compile(definitions: &Definitions, path: &Path) -> Result<()> {
     let mut child = child.map_err(|error| failed(&error))?;
     if let Some(mut input) = child.stdin.take() {
         // A compiler that stops reading says why.
-        let _ = input.write_all(HOST_TEXT.as_bytes());
+        let _ = input.write_all(text.as_bytes());
     }
     let output = child.wait_with_output().map_err(|error| failed(&error))?;
     if output.status.success() { Ok(()) } else { Err(failed(&String::from_utf8_lossy(&output.stderr))) }

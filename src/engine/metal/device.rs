@@ -13,8 +13,9 @@ use objc2_metal::{
     MTLGPUFamily,
 };
 
-use crate::engine::gpu::{Programs, Volumes};
+use crate::engine::gpu::{Definitions, Programs, Volumes};
 use crate::engine::metal::failure::none;
+use crate::engine::metal::parallel;
 use crate::engine::metal::program::{Program, Variant};
 use crate::engine::metal::volume::DeviceVolume;
 use crate::error::{Error, Result};
@@ -30,6 +31,7 @@ pub(crate) struct Device {
     gpu: Retained<ProtocolObject<dyn MTLDevice>>,
     queue: Retained<ProtocolObject<dyn MTLCommandQueue>>,
     programs: Programs<Variant, Program>,
+    parallel_programs: Programs<Definitions, parallel::Program>,
     volumes: Volumes<DeviceVolume>,
 }
 
@@ -57,7 +59,14 @@ impl Device {
         }
         let queue = gpu.newCommandQueue().ok_or_else(none("command queue"))?;
         let name = CString::new(gpu.name().to_string()).unwrap_or_default();
-        Ok(Self { name, gpu, queue, programs: Programs::default(), volumes: Volumes::default() })
+        Ok(Self {
+            name,
+            gpu,
+            queue,
+            programs: Programs::default(),
+            parallel_programs: Programs::default(),
+            volumes: Volumes::default(),
+        })
     }
 
     /// The GPU's name.
@@ -118,6 +127,11 @@ impl Device {
     /// Kernels, compiled if they are new.
     pub(super) fn program(&self, variant: &Variant) -> Result<Arc<Program>> {
         self.programs.get(variant, || Program::compiled(&self.gpu, variant))
+    }
+
+    /// Kernels of parallel beams, compiled if they are new.
+    pub(super) fn parallel_program(&self, definitions: &Definitions) -> Result<Arc<parallel::Program>> {
+        self.parallel_programs.get(definitions, || parallel::Program::compiled(&self.gpu, definitions))
     }
 
     /// A volume on this device, brought there if no projector has it there.

@@ -10,7 +10,7 @@ use objc2_metal::{
     MTLCompileOptions, MTLComputePipelineState, MTLDevice, MTLLanguageVersion, MTLLibrary, MTLMathMode,
 };
 
-use crate::engine::gpu::{Definitions, METAL_TEXT};
+use crate::engine::gpu::{Definitions, Kernel};
 use crate::engine::metal::failure::{none, refused};
 use crate::engine::metal::outputs::ImageKind;
 use crate::error::Result;
@@ -22,12 +22,15 @@ pub(super) struct Variant {
     pub image: Option<ImageKind>,
 }
 
+/// A kernel that can be run.
+pub(super) type Pipeline = Retained<ProtocolObject<dyn MTLComputePipelineState>>;
+
 /// The kernels of one variant.
 pub(super) struct Program {
     /// For a thread per pixel and view.
-    pub project: Retained<ProtocolObject<dyn MTLComputePipelineState>>,
+    pub project: Pipeline,
     /// For a thread per view: makes its own tables ready.
-    pub prepare_tables: Retained<ProtocolObject<dyn MTLComputePipelineState>>,
+    pub prepare_tables: Pipeline,
     /// Seconds that it took to compile them.
     pub compile_seconds: f64,
 }
@@ -39,25 +42,34 @@ impl Program {
     /// `Unsupported`, with the compiler's words.
     pub(super) fn compiled(device: &ProtocolObject<dyn MTLDevice>, variant: &Variant) -> Result<Self> {
         let start = Instant::now();
-        let source = NSString::from_str(METAL_TEXT);
-        let library = device
-            .newLibraryWithSource_options_error(&source, Some(&options(variant)))
-            .map_err(|error| refused("the kernels do not compile", &error))?;
-        let pipeline = |name: &NSString| {
-            let function = library.newFunctionWithName(name).ok_or_else(none("kernel of that name"))?;
-            device
-                .newComputePipelineStateWithFunction_error(&function)
-                .map_err(|error| refused("the kernels cannot be loaded", &error))
-        };
-        Ok(Self {
-            project: pipeline(ns_string!("projectPolyenergeticDRR"))?,
-            prepare_tables: pipeline(ns_string!("prepareViewTables"))?,
-            compile_seconds: start.elapsed().as_secs_f64(),
-        })
+        let names = [ns_string!("projectPolyenergeticDRR"), ns_string!("prepareViewTables")];
+        let [project, prepare_tables] = pipelines(device, Kernel::Projection, &options(variant), names)?;
+        Ok(Self { project, prepare_tables, compile_seconds: start.elapsed().as_secs_f64() })
     }
 }
 
-fn options(variant: &Variant) -> Retained<MTLCompileOptions> {
+/// The kernels of one text.
+pub(super) fn pipelines<const N: usize>(
+    device: &ProtocolObject<dyn MTLDevice>,
+    kernel: Kernel,
+    options: &MTLCompileOptions,
+    names: [&NSString; N],
+) -> Result<[Pipeline; N]> {
+    let source = NSString::from_str(kernel.metal());
+    let library = device
+        .newLibraryWithSource_options_error(&source, Some(options))
+        .map_err(|error| refused("the kernels do not compile", &error))?;
+    let pipeline = |name: &NSString| {
+        let function = library.newFunctionWithName(name).ok_or_else(none("kernel of that name"))?;
+        device
+            .newComputePipelineStateWithFunction_error(&function)
+            .map_err(|error| refused("the kernels cannot be loaded", &error))
+    };
+    let pipelines = names.into_iter().map(pipeline).collect::<Result<Vec<_>>>()?;
+    pipelines.try_into().map_err(|_| none("kernel of that name")())
+}
+
+pub(super) fn options(variant: &Variant) -> Retained<MTLCompileOptions> {
     let options = MTLCompileOptions::new();
     options.setLanguageVersion(MTLLanguageVersion::Version3_0);
     // Sums of twofold numbers are what fast math would simplify away.

@@ -2,8 +2,7 @@
 
 use crate::engine::reference::PerLabel;
 use crate::engine::reference::sample::add_trilinear;
-use crate::engine::reference::siddon::crossings;
-use crate::raycast::{Ray, Span};
+use crate::raycast::{Ray, Span, crossings};
 use crate::volume::Volume;
 
 /// Between planes through voxel centres the trilinear field along a ray is a cubic polynomial, which two

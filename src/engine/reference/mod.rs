@@ -1,5 +1,6 @@
 //! The float64 engine: each fast algorithm's twin, and the exact integral of the interpolated field.
 
+mod distance_driven;
 mod exact;
 mod joseph;
 mod march;
@@ -16,7 +17,7 @@ use crate::engine::{Backend, Engine, Images, Job, ViewJob};
 use crate::error::Result;
 use crate::method::Algorithm;
 use crate::physics::{MAX_MATERIALS, SpectralModel};
-use crate::raycast::{Ray, Span};
+use crate::raycast::{Footprint, Ray, Span};
 use crate::scene::Scene;
 use crate::volume::Volume;
 
@@ -88,19 +89,22 @@ impl Reference {
     fn pixel(&self, view: &ViewJob, job: &Job<'_>, column: usize, row: usize) -> PixelValue {
         let n = self.supersampling;
         let offset = |k: usize| (k as f64 + 0.5) / n as f64 - 0.5;
-        let rays: Vec<_> = (0..n * n)
-            .map(|k| view.beam.ray(column as f64 + offset(k % n), row as f64 + offset(k / n)))
-            .map(|ray| self.ray(view, job, &ray))
-            .collect();
+        let footprints = view.beam.of_parts(n).footprints();
+        let cast = |k: usize| {
+            let (column, row) = (column as f64 + offset(k % n), row as f64 + offset(k / n));
+            let ray = view.beam.ray(column, row);
+            self.ray(view, job, &ray, &footprints.of(&ray, column, row))
+        };
+        let rays: Vec<_> = (0..n * n).map(cast).collect();
         PixelValue::mean(&rays)
     }
 
-    fn ray(&self, view: &ViewJob, job: &Job<'_>, ray: &Ray) -> PixelValue {
+    fn ray(&self, view: &ViewJob, job: &Job<'_>, ray: &Ray, footprint: &Footprint) -> PixelValue {
         let spectral = view.spectral.as_deref().unwrap_or(&self.spectral);
         let Some(span) = ray.clip(self.volume.grid().dimensions()) else {
             return PixelValue::vacuum(spectral.i0());
         };
-        let areal_density = self.areal_density(ray, span);
+        let areal_density = self.areal_density(ray, footprint, span);
         let seen = &areal_density[..self.materials];
         let bone_path = if job.layers.bone_path { self.bone_path(ray, span) } else { 0.0 };
         PixelValue {
@@ -118,11 +122,12 @@ impl Reference {
     }
 
     /// Areal densities in g/cm², by label.
-    pub(crate) fn areal_density(&self, ray: &Ray, span: Span) -> PerLabel {
+    pub(crate) fn areal_density(&self, ray: &Ray, footprint: &Footprint, span: Span) -> PerLabel {
         let per_slice = match self.algorithm {
             Algorithm::Joseph => joseph::integrate(&self.volume, ray, span),
             Algorithm::March { step } => march::integrate(&self.volume, ray, span, step),
             Algorithm::Siddon => siddon::integrate(&self.volume, ray, span),
+            Algorithm::DistanceDriven => distance_driven::integrate(&self.volume, ray, footprint, span),
             Algorithm::Exact => exact::integrate(&self.volume, ray, span),
         };
         // mm to cm: densities are per cm³.
@@ -135,3 +140,6 @@ impl Engine for Reference {
         self.run(job, |x| x as f32)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,31 +1,8 @@
 //! Siddon's exact lengths in float64.
 
 use crate::engine::reference::PerLabel;
-use crate::raycast::{Ray, Span, ray::TRANSVERSE};
+use crate::raycast::{Ray, Span, crossings};
 use crate::volume::{Volume, Voxel};
-
-/// The span cut wherever the ray crosses a plane `integer + offset` of any axis, ascending, ends included.
-pub(super) fn crossings(ray: &Ray, span: Span, offset: f64) -> Vec<f64> {
-    let mut cuts = vec![span.enter, span.leave];
-    let planes = |from: f64, to: f64| {
-        let (low, high) = (from.min(to), from.max(to));
-        let first = (low - offset).ceil();
-        (0..=(high - offset - first).max(-1.0) as i64).map(move |k| first + k as f64 + offset)
-    };
-    cuts.extend(planes(span.enter, span.leave));
-    let (enter, leave) = (ray.point(span.enter), ray.point(span.leave));
-    for (t, axis) in TRANSVERSE[ray.axis].into_iter().enumerate() {
-        if ray.slope[t] != 0.0 {
-            cuts.extend(
-                planes(enter[axis], leave[axis])
-                    .map(|plane| ray.centre + (plane - ray.base[t]) / ray.slope[t]),
-            );
-        }
-    }
-    cuts.retain(|&s| (span.enter..=span.leave).contains(&s));
-    cuts.sort_by(f64::total_cmp);
-    cuts
-}
 
 /// Calls `visit` with the length, in units of s, and the voxel of every piece of the ray.
 fn for_each_voxel(volume: &Volume, ray: &Ray, span: Span, mut visit: impl FnMut(f64, Voxel)) {

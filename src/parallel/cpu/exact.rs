@@ -1,7 +1,9 @@
 //! The exact integral of the field along a ray, and of its slope.
 
+use glam::DVec3;
+
 use crate::parallel::ParallelGeometry;
-use crate::parallel::cpu::field::Field;
+use crate::parallel::cpu::field::{Field, Limits};
 use crate::parallel::cpu::ray_sum::RaySum;
 use crate::parallel::frame::Frame;
 use crate::real::Real;
@@ -13,31 +15,45 @@ pub(super) fn integrate<T: Real>(
     field: &Field<T>,
     geometry: &ParallelGeometry,
     frame: &Frame,
-    [u, v]: [usize; 2],
+    pixel: [usize; 2],
     length: [f64; 2],
 ) -> RaySum {
-    let base = frame.at(u, v);
     let mut sum = RaySum::default();
-    for pair in crossings(field.sides(), geometry, frame, base.to_array(), length).windows(2) {
-        let [half, middle] = [0.5 * (pair[1] - pair[0]), 0.5 * (pair[0] + pair[1])];
-        let weight = half * geometry.step;
-        for node in [-1.0, 1.0] {
-            let k = middle + node * half / 3.0_f64.sqrt();
-            let sample = field.at((base + k * frame.step).to_array());
-            sum.value += weight * sample.value.into();
-            for axis in 0..3 {
-                let slope = weight * sample.slope[axis].into();
-                sum.slope[axis] += slope;
-                sum.moment[axis] += k * slope;
-            }
+    visit(field.limits(), geometry, frame, pixel, length, |k, point, weight| {
+        let sample = field.at(point.to_array());
+        sum.value += weight * sample.value.into();
+        for axis in 0..3 {
+            let slope = weight * sample.slope[axis].into();
+            sum.slope[axis] += slope;
+            sum.moment[axis] += k * slope;
         }
-    }
+    });
     sum
 }
 
-/// Where the ray crosses planes through voxel centres or the border, ascending, in steps from the middle one; its ends too.
-pub(super) fn crossings(
-    sides: [usize; 3],
+/// The nodes of the ray within the limits: k from the middle step, the point, and its weight, mm.
+pub(super) fn visit(
+    limits: Limits,
+    geometry: &ParallelGeometry,
+    frame: &Frame,
+    [u, v]: [usize; 2],
+    length: [f64; 2],
+    mut node: impl FnMut(f64, DVec3, f64),
+) {
+    let base = frame.at(u, v);
+    for pair in crossings(limits, geometry, frame, base.to_array(), length).windows(2) {
+        let [half, middle] = [0.5 * (pair[1] - pair[0]), 0.5 * (pair[0] + pair[1])];
+        for sign in [-1.0, 1.0] {
+            let k = middle + sign * half / 3.0_f64.sqrt();
+            node(k, base + k * frame.step, half * geometry.step);
+        }
+    }
+}
+
+/// Where the ray crosses planes through voxel centres within the limits, ascending, in steps from the middle one; its ends
+/// there too.
+fn crossings(
+    limits: Limits,
     geometry: &ParallelGeometry,
     frame: &Frame,
     base: [f64; 3],
@@ -46,7 +62,7 @@ pub(super) fn crossings(
     let [mut from, mut to] = length.map(|y| (y - geometry.centre.y) / geometry.step);
     for axis in 0..3 {
         let (base, slope) = (base[axis], frame.step[axis]);
-        let (low, high) = (-1.0, sides[axis] as f64 - 2.0);
+        let [low, high] = limits.0[axis];
         if slope == 0.0 {
             if !(base >= low && base <= high) {
                 return Vec::new();

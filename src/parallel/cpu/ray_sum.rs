@@ -16,6 +16,16 @@ pub(super) struct RaySum {
 }
 
 impl RaySum {
+    /// All integrals times this.
+    #[inline(always)]
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.value *= factor;
+        for axis in 0..3 {
+            self.slope[axis] *= factor;
+            self.moment[axis] *= factor;
+        }
+    }
+
     /// Derivatives of the value with respect to what the frames are derivatives by, of pixel (u, v).
     pub(super) fn derivatives(&self, frames: &[Frame; 5], u: usize, v: usize) -> [f64; 5] {
         let [slope, moment] = [self.slope, self.moment].map(DVec3::from_array);

@@ -1,13 +1,15 @@
 //! The document's sum over equal steps, ray by ray: the plain twin of what is fast.
 
+use glam::DVec3;
+
 use crate::parallel::ParallelGeometry;
-use crate::parallel::cpu::field::Field;
+use crate::parallel::cpu::field::{Field, Limits};
 use crate::parallel::cpu::ray_sum::RaySum;
 use crate::parallel::frame::Frame;
 use crate::real::Real;
 
 /// Samples whose sums are taken in the field's own width; blocks are added in float64.
-const BLOCK: usize = 64;
+pub(super) const BLOCK: usize = 64;
 
 /// The ray through pixel (u, v) between these y, mm.
 pub(super) fn integrate<T: Real>(
@@ -20,7 +22,7 @@ pub(super) fn integrate<T: Real>(
     let base = frame.at(u, v);
     let middle = 0.5 * (geometry.steps as f64 - 1.0);
     let mut sum = RaySum::default();
-    let inside = steps_inside(field.sides(), geometry, frame, base.to_array());
+    let inside = steps_inside(field.limits(), geometry, frame, [base, base]);
     let steps: Vec<usize> = inside.collect();
     for block in steps.chunks(BLOCK) {
         let mut part = [T::default(); 7];
@@ -45,8 +47,25 @@ pub(super) fn integrate<T: Real>(
     sum
 }
 
+/// The samples of the ray within the limits: k from the middle step, the point, and its weight, mm.
+pub(super) fn visit(
+    limits: Limits,
+    geometry: &ParallelGeometry,
+    frame: &Frame,
+    [u, v]: [usize; 2],
+    length: [f64; 2],
+    mut sample: impl FnMut(f64, DVec3, f64),
+) {
+    let base = frame.at(u, v);
+    let middle = 0.5 * (geometry.steps as f64 - 1.0);
+    for step in steps_inside(limits, geometry, frame, [base, base]) {
+        let k = step as f64 - middle;
+        sample(k, base + k * frame.step, weight(geometry, step, length));
+    }
+}
+
 /// How much of a step lies between two y, mm.
-pub(super) fn weight(geometry: &ParallelGeometry, step: usize, [from, to]: [f64; 2]) -> f64 {
+pub(in crate::parallel) fn weight(geometry: &ParallelGeometry, step: usize, [from, to]: [f64; 2]) -> f64 {
     let ends = [-0.5, 0.5].map(|half| geometry.step_position(step as f64 + half));
     if from <= ends[0] && ends[1] <= to {
         return geometry.step;
@@ -54,24 +73,25 @@ pub(super) fn weight(geometry: &ParallelGeometry, step: usize, [from, to]: [f64;
     (ends[1].min(to) - ends[0].max(from)).max(0.0)
 }
 
-/// The steps at which a ray can be in the field, border included, and perhaps one more at either end.
+/// The steps at which rays whose points at the middle step lie in this box, corner to corner, can be within the
+/// limits, and perhaps one more at either end.
 pub(super) fn steps_inside(
-    sides: [usize; 3],
+    limits: Limits,
     geometry: &ParallelGeometry,
     frame: &Frame,
-    base: [f64; 3],
+    base: [DVec3; 2],
 ) -> std::ops::Range<usize> {
     let middle = 0.5 * (geometry.steps as f64 - 1.0);
     let (mut first, mut last) = (0.0_f64, geometry.steps as f64 - 1.0);
-    for axis in 0..3 {
-        let (base, slope) = (base[axis], frame.step[axis]);
-        let (low, high) = (-1.0, sides[axis] as f64 - 2.0);
+    for (axis, [low, high]) in limits.0.into_iter().enumerate() {
+        let ends = [base[0][axis].min(base[1][axis]), base[0][axis].max(base[1][axis])];
+        let slope = frame.step[axis];
         if slope == 0.0 {
-            if !(base >= low && base <= high) {
+            if !(ends[1] >= low && ends[0] <= high) {
                 return 0..0;
             }
         } else {
-            let [a, b] = [(low - base) / slope + middle, (high - base) / slope + middle];
+            let [a, b] = [(low - ends[1]) / slope + middle, (high - ends[0]) / slope + middle];
             first = first.max(a.min(b).floor());
             last = last.min(a.max(b).ceil());
         }

@@ -9,6 +9,7 @@ mod exposure;
 mod images;
 mod input;
 mod memory;
+mod parallel;
 mod scene;
 mod small;
 mod views;
@@ -49,6 +50,9 @@ fn context(backend: u32) -> *mut DrrContext {
 /// Whether a volume and its projector were accepted, and images made.
 pub(crate) fn check(bytes: &[u8]) -> bool {
     let mut input = Input::new(bytes);
+    if let Some(mut end) = input.end(parallel::MARK, parallel::BYTES) {
+        return parallel::check(&mut end, CONTEXTS.with(|contexts| contexts[0]));
+    }
     match input.byte() {
         ..224 => return pipeline(&mut input),
         224..240 => small::geometry(&mut input),

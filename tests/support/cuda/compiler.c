@@ -12,22 +12,37 @@ typedef struct {
     char path[64];
 } Program;
 
-/* What NVRTC knows without being told, for one thread of the host; and the entry point by its parameters' addresses. */
+/* What NVRTC knows without being told, for one thread of the host; and the entry points by their parameters' addresses. */
 static const char before[] = "#define __global__\n"
                              "#define __launch_bounds__(...)\n"
                              "#define __grid_constant__\n"
                              "struct StandInPlace { unsigned x, y, z; };\n"
                              "static thread_local StandInPlace blockIdx, threadIdx, blockDim;\n";
 static const char after[] =
-    "\nextern \"C\" void stand_in_thread(const unsigned *p, void **a) {\n"
+    "\nstatic void stand_in_place(const unsigned *p) {\n"
     "    blockDim = {p[0], p[1], 1}; blockIdx = {p[2], p[3], 0}; threadIdx = {p[4], p[5], 0};\n"
+    "}\n"
+    "#if defined(DRR_PARALLEL_H)\n"
+    "extern \"C\" void stand_in_projectParallel(const unsigned *p, void **a) {\n"
+    "    stand_in_place(p);\n"
+    "    projectParallel(*(const DrrParallelLaunch *)a[0], *(const DrrParallelView **)a[1], *(DrrParallelRays *)a[2],\n"
+    "                    *(float **)a[3]);\n"
+    "}\n"
+    "extern \"C\" void stand_in_sumParallel(const unsigned *p, void **a) {\n"
+    "    stand_in_place(p);\n"
+    "    sumParallel(*(const DrrParallelLaunch *)a[0], *(const float **)a[1], *(float **)a[2]);\n"
+    "}\n"
+    "#else\n"
+    "extern \"C\" void stand_in_projectPolyenergeticDRR(const unsigned *p, void **a) {\n"
+    "    stand_in_place(p);\n"
     "    projectPolyenergeticDRR(*(const DrrLaunch *)a[0], *(const DrrBeam **)a[1], *(DrrVoxels *)a[2],\n"
     "                            *(DrrSpectra *)a[3], *(DrrImages *)a[4]\n"
     "#if defined(DRR_SIGNALS)\n"
-    "                            , *(const DrrChannels *)a[5], *(DrrSignals *)a[6]\n"
+    "                            , *(const DrrChannels *)a[5], *(DrrPoseSignals *)a[6]\n"
     "#endif\n"
     "    );\n"
-    "}\n";
+    "}\n"
+    "#endif\n";
 
 int nvrtcVersion(int *major, int *minor) {
     *major = 13;

@@ -293,8 +293,10 @@ int cuModuleLoadData(void **place, const void *image) {
     return SUCCESS;
 }
 int cuModuleGetFunction(void **function, void *module, const char *name) {
+    char by_addresses[64];
+    snprintf(by_addresses, sizeof by_addresses, "stand_in_%s", name);
     RULE(dlsym(((Module *)module)->library, name) != NULL);
-    *function = dlsym(((Module *)module)->library, "stand_in_thread");
+    *function = dlsym(((Module *)module)->library, by_addresses);
     RULE(*function != NULL);
     return SUCCESS;
 }

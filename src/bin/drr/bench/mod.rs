@@ -1,6 +1,7 @@
 //! `drr bench`.
 
 mod gpu;
+mod parallel;
 mod times;
 mod variants;
 
@@ -38,6 +39,11 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", default_value = "7", help_heading = "Output")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     repeat: u32,
+    /// Time the parallel beam and its derivatives instead: N³ voxels of its own, N² pixels, N steps (256 without N); of
+    /// the other options --engine, --device, --threads, --repeat and --json count
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "256", help_heading = "Volume")]
+    #[arg(value_parser = clap::value_parser!(u32).range(2..=1024))]
+    parallel: Option<u32>,
     /// Print one JSON object: median_seconds and times (s, the projection of all views), peak_bytes, stages, gpu, ...
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -48,6 +54,9 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let console = console.without_text(arguments.json);
     let setup = arguments.inputs.setup()?;
     let runs = arguments.repeat;
+    if let Some(n) = arguments.parallel {
+        return parallel::run(&setup.context, (n as usize, runs), arguments.json, console);
+    }
     let (volume, load, classify) = load(&setup, runs, console)?;
     let views = setup.views(&volume)?;
     let requests = views.requests();

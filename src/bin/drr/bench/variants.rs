@@ -49,8 +49,8 @@ impl Variants {
         Ok(Self(all))
     }
 
-    /// The kernel that sums over energies for both layers of a detector and the moments of their noise, eight sums for a ray,
-    /// of the first view; where there are responses at the scene's energies.
+    /// The kernel that sums over energies for both layers of a detector and the moments of their noise, eight sums for
+    /// a ray, of the first view; where there are responses at the scene's energies.
     fn two_layers(setup: &Setup<'_>, like: &Projector, views: &[ViewRequest]) -> Result<Option<Variant>> {
         let scene = like.scene();
         let layer = |name| DetectorResponse::named(name, *scene.spectrum.grid());

@@ -1,4 +1,4 @@
-//! Title, legend and logarithmic axes: what all charts have.
+//! Title, legend and axes: what all charts have.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use plotters::coord::ranged1d::Ranged as _;
 use plotters::element::{Rectangle, Text};
 use plotters::style::{Color, RGBColor};
 
-use super::decades::Decades;
+use super::axis::Axis;
 use super::drawing::{Area, SIZE, Surface, TEXT, TITLE, text_style};
 use super::glyphs::text_size;
 use super::legend::Legend;
@@ -28,8 +28,8 @@ pub(super) struct Axes<'a> {
     pub(super) title: &'a str,
     pub(super) subtitle: &'a str,
     pub(super) legend: Legend,
-    pub(super) x: (Decades, &'a str),
-    pub(super) y: (Decades, &'a str),
+    pub(super) x: (Axis, &'a str),
+    pub(super) y: (Axis, &'a str),
     /// Under the axes, where there is something to add.
     pub(super) note: String,
 }
@@ -37,8 +37,8 @@ pub(super) struct Axes<'a> {
 /// Where values lie in the picture.
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
-    x: Decades,
-    y: Decades,
+    x: Axis,
+    y: Axis,
     pub(super) columns: Range<i32>,
     pub(super) rows: Range<i32>,
 }
@@ -93,7 +93,7 @@ impl Frame {
 
     /// Whether the value is too small to be shown: left of the axes, under them.
     pub(super) fn lacks(&self, [x, y]: [f64; 2]) -> [bool; 2] {
-        [x < self.x.least, y < self.y.least]
+        [x < self.x.least(), y < self.y.least()]
     }
 
     /// Draws the mark, and arrows from it to the edges beyond which its value lies.

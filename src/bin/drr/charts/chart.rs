@@ -4,6 +4,7 @@ use anyhow::Result;
 use plotters::style::RGBColor;
 
 use super::axes::Axes;
+use super::axis::Axis;
 use super::decades::{Decades, Unit};
 use super::drawing::{Area, Drawing, Surface};
 use super::legend::{Legend, Symbol};
@@ -85,9 +86,9 @@ impl Point {
 impl Drawing for Chart {
     fn draw<B: Surface>(&self, area: &Area<B>) -> Result<()> {
         let points: Vec<&Point> = self.points.iter().filter(|point| point.is_drawn()).collect();
-        let axes = self.axes(&points);
-        let frame = axes.draw(area)?;
-        let plot = Plot { points, frame: &frame, errors: axes.y.0, times: axes.x.0 };
+        let frame = self.axes(&points).draw(area)?;
+        let [times, errors] = self.decades(&points);
+        let plot = Plot { points, frame: &frame, errors, times };
         let limit = self.limit_hu.as_ref().filter(|(limit, _)| plot.errors.shows(*limit));
         let reserved = match limit {
             Some((limit, name)) => vec![plot.draw_limit(area, *limit, name)?],
@@ -98,11 +99,20 @@ impl Drawing for Chart {
 }
 
 impl Chart {
-    /// What is around the points.
-    pub(super) fn axes(&self, points: &[&Point]) -> Axes<'_> {
+    /// Of times, and of errors.
+    fn decades(&self, points: &[&Point]) -> [Decades; 2] {
         let limit = self.limit_hu.iter().map(|(limit, _)| *limit);
         let errors = points.iter().flat_map(|p| [p.error_hu, p.error_range[1].max(p.error_hu)]);
         let times = points.iter().flat_map(|p| [p.seconds, p.seconds_range[0], p.seconds_range[1]]);
+        [
+            Decades::around(times, MOST_DECADES, Unit::Seconds),
+            Decades::around(errors.chain(limit), MOST_DECADES, Unit::Number),
+        ]
+    }
+
+    /// What is around the points.
+    pub(super) fn axes(&self, points: &[&Point]) -> Axes<'_> {
+        let [times, errors] = self.decades(points).map(Axis::Decades);
         let left_out: Vec<&str> =
             self.points.iter().filter(|p| !p.is_drawn()).map(|p| p.name.as_str()).collect();
         let note = if left_out.is_empty() {
@@ -114,8 +124,8 @@ impl Chart {
             title: &self.title,
             subtitle: &self.subtitle,
             legend: legend(points),
-            x: (Decades::around(times, MOST_DECADES, Unit::Seconds), "time"),
-            y: (Decades::around(errors.chain(limit), MOST_DECADES, Unit::Number), "error, HU (RMSE)"),
+            x: (times, "time"),
+            y: (errors, "error, HU (RMSE)"),
             note,
         }
     }

@@ -23,9 +23,9 @@ const TICKS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const WIDEST: i32 = 480;
 const SPACE: i32 = 12;
 
-/// The map on white with a bar of its colours from −range to +range HU under it.
-pub(crate) fn with_colour_bar(map: &ColourPicture, range_hu: f64) -> Result<ColourPicture> {
-    let ticks = TICKS.map(|fraction| (fraction, tick(fraction * range_hu)));
+/// The map on white with a bar of its colours from −range to +range under it, in a unit, which may be empty.
+pub(crate) fn with_colour_bar(map: &ColourPicture, range: f64, unit: &str) -> Result<ColourPicture> {
+    let ticks = TICKS.map(|fraction| (fraction, tick(fraction * range, unit)));
     let widest = ticks.iter().map(|(_, text)| text_size(text, TEXT, false)[0]).max().unwrap_or(0);
     // The texts stand beside each other, and half of the outer ones beyond the bar.
     let width = (map.width as i32).max(TICKS.len() as i32 * (widest + SPACE));
@@ -74,10 +74,11 @@ impl Bar {
     }
 }
 
-fn tick(value: f64) -> String {
+fn tick(value: f64, unit: &str) -> String {
     let sign = if value > 0.0 { "+" } else { "" };
-    let unit = if value == 0.0 { " HU" } else { "" };
-    format!("{sign}{}{unit}", number(value + 0.0)).replace('-', "\u{2212}")
+    let space = if value == 0.0 && !unit.is_empty() { " " } else { "" };
+    let unit = if value == 0.0 { unit } else { "" };
+    format!("{sign}{}{space}{unit}", number(value + 0.0)).replace('-', "\u{2212}")
 }
 
 #[cfg(test)]
@@ -91,7 +92,7 @@ mod tests {
         for width in [1, 40, 700] {
             let view = vec![2.0; width * 30];
             let map = error_map(&[&view], width, 30, 2.0).unwrap();
-            let picture = with_colour_bar(&map, 2.0).unwrap();
+            let picture = with_colour_bar(&map, 2.0, "HU").unwrap();
             assert_eq!(picture.height, 30 + ROWS);
             let indent = (picture.width - width) / 2;
             assert_eq!(picture.pixel(indent, 0), error_colour(1.0));
@@ -104,7 +105,8 @@ mod tests {
 
     #[test]
     fn ticks_have_signs() {
-        assert_eq!([-2.0, 0.0, 0.5].map(tick), ["\u{2212}2", "0 HU", "+0.5"]);
-        assert_eq!(tick(-0.0), "0 HU");
+        assert_eq!([-2.0, 0.0, 0.5].map(|value| tick(value, "HU")), ["\u{2212}2", "0 HU", "+0.5"]);
+        assert_eq!(tick(-0.0, "HU"), "0 HU");
+        assert_eq!(tick(0.0, ""), "0");
     }
 }

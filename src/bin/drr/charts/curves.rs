@@ -1,9 +1,11 @@
-//! Named curves on logarithmic axes.
+//! Named curves.
 
 use anyhow::Result;
 use plotters::style::Color;
 
 use super::axes::{Axes, Frame};
+use super::axis::Axis;
+use super::counts::Counts;
 use super::decades::{Decades, Unit};
 use super::drawing::{Area, Drawing, Surface};
 use super::legend::{Legend, Symbol};
@@ -20,11 +22,30 @@ pub(crate) struct Series {
     pub(crate) points: Vec<[f64; 2]>,
 }
 
-/// Curves on common axes, both logarithmic.
+/// How an axis goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Scale {
+    /// Equal factors are equal distances.
+    Decades,
+    /// Equal differences are equal distances, from 0.
+    Counts,
+}
+
+impl Scale {
+    fn axis(self, values: impl IntoIterator<Item = f64>) -> Axis {
+        match self {
+            Self::Decades => Axis::Decades(Decades::around(values, MOST_DECADES, Unit::Number)),
+            Self::Counts => Axis::Counts(Counts::up_to(values)),
+        }
+    }
+}
+
+/// Curves on common axes, of which y is logarithmic.
 #[derive(Debug, Clone)]
 pub(crate) struct Curves {
     pub(crate) title: String,
     pub(crate) subtitle: String,
+    pub(crate) x_scale: Scale,
     pub(crate) x_label: String,
     pub(crate) y_label: String,
     pub(crate) series: Vec<Series>,
@@ -34,7 +55,7 @@ impl Drawing for Curves {
     fn draw<B: Surface>(&self, area: &Area<B>) -> Result<()> {
         let values =
             |axis: usize| self.series.iter().flat_map(move |s| s.points.iter().map(move |p| p[axis]));
-        let [x, y] = [0, 1].map(|axis| Decades::around(values(axis), MOST_DECADES, Unit::Number));
+        let (x, y) = (self.x_scale.axis(values(0)), Scale::Decades.axis(values(1)));
         let entries = self.series.iter().enumerate();
         let legend = entries.map(|(i, s)| (Symbol::MarkedLine(marker(i)), s.name.clone())).collect();
         let axes = Axes {

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged};
 
 /// Grid lines of a decade, where the axis may end, too.
 const LINES: [f64; 9] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
 /// Those that have texts, where there are few decades.
-const STEPS: [f64; 3] = [1.0, 2.0, 5.0];
+pub(super) const STEPS: [f64; 3] = [1.0, 2.0, 5.0];
 /// How many decades are few.
 const FEW_DECADES: f64 = 2.3;
 /// Room around the values, as a factor.
@@ -114,12 +114,6 @@ impl Ranged for Decades {
 
     fn range(&self) -> Range<f64> {
         self.least..self.most
-    }
-}
-
-impl ValueFormatter<f64> for Decades {
-    fn format_ext(&self, value: &f64) -> String {
-        self.text(*value)
     }
 }
 

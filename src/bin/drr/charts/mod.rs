@@ -1,11 +1,15 @@
 //! Charts: error against time, curves, bars, contact sheets, and the colour bar of error maps.
 
 mod axes;
+mod axis;
 mod bars;
+mod before_after;
 mod canvas;
 mod chart;
 mod colour_bar;
+mod colour_range;
 mod contact_sheet;
+mod counts;
 mod curves;
 mod decades;
 mod drawing;
@@ -13,15 +17,19 @@ mod glyphs;
 mod labels;
 mod legend;
 mod marker;
+mod nearest;
 mod plot;
 mod shapes;
 
 pub(crate) use bars::{Bar, Bars};
+pub(crate) use before_after::{BeforeAfter, Compared};
 pub(crate) use chart::{Chart, Group, Point};
 pub(crate) use colour_bar::with_colour_bar;
+pub(crate) use colour_range::colour_range;
 pub(crate) use contact_sheet::{ContactSheet, Panel};
-pub(crate) use curves::{Curves, Series};
+pub(crate) use curves::{Curves, Scale, Series};
 pub(crate) use drawing::Drawing;
+pub(crate) use nearest::nearest;
 
 #[cfg(test)]
 mod tests;

@@ -12,7 +12,7 @@ use roxmltree::{Document, Node};
 use super::axes::Frame;
 use super::canvas::Canvas;
 use super::chart::{Chart, FRONT, Group, Point};
-use super::curves::{Curves, Series};
+use super::curves::{Curves, Scale, Series};
 use super::drawing::{Drawing, SIZE, TEXT, TITLE};
 use super::glyphs::text_size;
 use super::marker::{BLUE, INK, VERMILION};
@@ -84,6 +84,7 @@ fn curves() -> Curves {
     Curves {
         title: "Error growth with path length".into(),
         subtitle: "RMS of 1000 rays, f32 against exact sums".into(),
+        x_scale: Scale::Decades,
         x_label: "samples on the path".into(),
         y_label: "relative error".into(),
         series: vec![
@@ -309,7 +310,9 @@ proptest! {
         });
         let chart = Chart { limit_hu: Some((limit, "limit".into())), ..chart(points.collect()) };
         let series = vec![Series { name: "series".into(), points: pairs }];
-        for svg in [chart.svg().unwrap(), Curves { series, ..curves() }.svg().unwrap()] {
+        let [decades, counts] = [Scale::Decades, Scale::Counts]
+            .map(|x_scale| Curves { series: series.clone(), x_scale, ..curves() }.svg().unwrap());
+        for svg in [chart.svg().unwrap(), decades, counts] {
             let document = Document::parse(&svg).unwrap();
             for attribute in document.descendants().flat_map(|node| node.attributes()) {
                 prop_assert!(!attribute.value().contains("NaN") && !attribute.value().contains("inf"));

@@ -93,8 +93,7 @@ impl<'a> Judge<'a> {
 
     /// The least and the largest value of each layer, over rays moved by at most `shift_mm` along each axis.
     fn range(&self, truth: &Truth, set: &Set, line: &Line, shift_mm: f64) -> [Values; 2] {
-        let matrix = set.volume.grid().index_to_world().matrix3;
-        let shift = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|axis| shift_mm / axis.length());
+        let shift = shift_mm / set.volume.grid().spacing();
         let moves = (0..27).map(|k| [k % 3, k / 3 % 3, k / 9].map(|step| f64::from(step) - 1.0));
         let around: Vec<_> = moves
             .map(|step| line.moved([0, 1, 2].map(|axis| step[axis] * shift[axis])))
@@ -116,7 +115,13 @@ fn expected(truth: &Truth, set: &Set, algorithm: Algorithm) -> Vec<Expected> {
     let [width, height] = set.scene.detector;
     let rays = set.views.iter().flat_map(|request| {
         let line = move |pixel| {
-            Line::of(&request.view, set.volume.grid(), set.scene.detector, [pixel % width, pixel / width])
+            let (grid, pixel) = (set.volume.grid(), [pixel % width, pixel / width]);
+            let line = Line::of(&request.view, grid, [width, height], pixel);
+            if algorithm == Algorithm::DistanceDriven {
+                line.with_pixel(&request.view, grid, [width, height], pixel)
+            } else {
+                line
+            }
         };
         (0..width * height).map(line)
     });

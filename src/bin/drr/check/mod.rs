@@ -28,8 +28,13 @@ use row::{Deviation, HEADING, Row};
 /// The engines that are checked when none is named, each where this machine has it.
 const ENGINES: [Backend; 4] = [Backend::Cpu, Backend::Reference, Backend::Cuda, Backend::Metal];
 /// Each case has its own step for the march.
-const ALGORITHMS: [Algorithm; 4] =
-    [Algorithm::Joseph, Algorithm::March { step: 0.5 }, Algorithm::Siddon, Algorithm::Exact];
+const ALGORITHMS: [Algorithm; 5] = [
+    Algorithm::Joseph,
+    Algorithm::March { step: 0.5 },
+    Algorithm::Siddon,
+    Algorithm::DistanceDriven,
+    Algorithm::Exact,
+];
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
@@ -118,8 +123,8 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     Ok(if holds { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// The rows of all cases, in their order. On threads of its own: one of a pool that waits for an engine's pool would begin the
-/// next case meanwhile, and so on, one case deeper in its stack each time.
+/// The rows of all cases, in their order. On threads of its own: one of a pool that waits for an engine's pool would
+/// begin the next case meanwhile, and so on, one case deeper in its stack each time.
 fn all_rows(cases: &[Case], threads: usize, of_case: impl Fn(&Case) -> Vec<Row> + Sync) -> Vec<Row> {
     let next = AtomicUsize::new(0);
     let work = || {

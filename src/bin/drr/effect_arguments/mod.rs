@@ -28,22 +28,23 @@ pub(crate) struct EffectArguments {
     /// Inverse-square and obliquity fall-off of the intensity towards the detector's edges, cos³θ
     #[arg(long)]
     fall_off: bool,
-    /// Self-filtration of a tungsten anode: its angle in degrees, how deep photons are born in µm, and where the cathode
-    /// is, degrees from the columns' direction towards the rows' [without values: 12,5,0]
+    /// Self-filtration of a tungsten anode: its angle in degrees, how deep photons are born in µm, and where the
+    /// cathode is, degrees from the columns' direction towards the rows' [without values: 12,5,0]
     #[arg(long, value_name = "ANGLE[,DEPTH[,CATHODE]]", num_args = 0..=1, default_missing_value = "12")]
     #[arg(value_parser = values::heel, allow_negative_numbers = true)]
     heel: Option<Heel>,
     /// A slab of a built-in material between source and patient, mm; may be repeated
     #[arg(long, value_name = "MATERIAL:MM", value_parser = filter::flat)]
     filter: Vec<FilterArgument>,
-    /// A bow-tie filter, extruded across the columns: a CSV file "degrees,mm" of fan angle and thickness; may be repeated
+    /// A bow-tie filter, extruded across the columns: a CSV file "degrees,mm" of fan angle and thickness; may be
+    /// repeated
     #[arg(long, value_name = "MATERIAL:FILE.csv", value_parser = filter::bow_tie)]
     bow_tie: Vec<FilterArgument>,
     /// A solid instead of the CT where it is, world mm; may be repeated, the last one counts where several are
     ///
     /// rod:MATERIAL:x,y,z:x,y,z:RADIUS (the middles of both ends), sphere:MATERIAL:x,y,z:RADIUS,
-    /// box:MATERIAL:x,y,z:HX,HY,HZ (half sides), screw:MATERIAL:x,y,z:DX,DY,DZ:LENGTH/RADIUS,LENGTH/RADIUS,... (where the
-    /// axis leaves the head, its direction, cylinders from the head on). MATERIAL is a built-in one, with its usual
+    /// box:MATERIAL:x,y,z:HX,HY,HZ (half sides), screw:MATERIAL:x,y,z:DX,DY,DZ:LENGTH/RADIUS,LENGTH/RADIUS,... (where
+    /// the axis leaves the head, its direction, cylinders from the head on). MATERIAL is a built-in one, with its usual
     /// density, or MATERIAL@DENSITY in g/cm³.
     #[arg(long, value_name = "SHAPE:MATERIAL:...", value_parser = implant::implant, allow_hyphen_values = true)]
     implant: Vec<ImplantArgument>,

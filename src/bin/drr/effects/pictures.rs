@@ -8,12 +8,7 @@ use drr::formats::{ColourPicture, error_map, radiograph};
 use super::Study;
 use super::measured::Shown;
 use super::report::{Report, Row};
-use crate::charts::{Bar, Bars, ContactSheet, Drawing as _, Panel};
-
-/// The part of a picture's pixels that are beyond its colours.
-const BEYOND: f64 = 0.02;
-/// A change that is none.
-const ROUNDING: f32 = 1e-5;
+use crate::charts::{Bar, Bars, ContactSheet, Drawing as _, Panel, colour_range};
 
 pub(super) struct Pictures<'a> {
     pub(super) study: &'a Study<'a>,
@@ -99,7 +94,7 @@ fn panel(shown: &Shown, plain: &Shown) -> Result<Panel> {
         let both = shown.intensity[0].iter().zip(&plain.intensity[0]);
         (both.map(|(own, plain)| -(own / plain).ln()).collect(), "")
     };
-    let range = range(&change);
+    let range = colour_range(&change);
     let [width, height] = shown.size;
     let picture = error_map(&[&change], width, height, range.unwrap_or(1.0))?;
     let caption = range.map_or("no change".into(), |range| format!("{of}±{range}"));
@@ -108,20 +103,5 @@ fn panel(shown: &Shown, plain: &Shown) -> Result<Panel> {
 
 fn radiograph_of(shown: &Shown, layer: usize) -> Result<ColourPicture> {
     let [width, height] = shown.size;
-    let picture = radiograph(&[&shown.line_integral[layer]], width, height)?;
-    let pixels = picture.to_gray8().into_iter().map(|grey| [grey; 3]).collect();
-    Ok(ColourPicture { width: picture.width, height: picture.height, pixels })
-}
-
-/// Where the colours end: a round number that few changes are beyond; `None` where nothing changes beyond rounding.
-fn range(changes: &[f32]) -> Option<f64> {
-    let mut sizes: Vec<f32> =
-        changes.iter().map(|c| c.abs()).filter(|c| c.is_finite() && *c > ROUNDING).collect();
-    let rank = ((1.0 - BEYOND) * sizes.len().checked_sub(1)? as f64) as usize;
-    let most = f64::from(*sizes.select_nth_unstable_by(rank, f32::total_cmp).1);
-    let decade = 10_f64.powi(most.log10().floor() as i32);
-    let round = [1.0, 1.5, 2.0, 3.0, 5.0, 7.0, 10.0].into_iter().map(|step| step * decade);
-    let round = round.into_iter().find(|step| *step >= most);
-    // Without the digits of a power's rounding.
-    Some(round.map_or(most, |round| format!("{round:.1e}").parse().unwrap_or(round)))
+    Ok(radiograph(&[&shown.line_integral[layer]], width, height)?.to_colour())
 }

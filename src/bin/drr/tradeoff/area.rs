@@ -36,9 +36,10 @@ impl Area {
         Ok(Self { sample, line_integral, i0, floor })
     }
 
-    /// Of settings that differ in the number of rays, against the mean, HU.
+    /// Of settings that differ in what they take of a pixel, against the mean, HU.
     pub(super) fn error(&self, study: &Study<'_>, setting: &Setting) -> Result<Option<Estimate>> {
-        if setting.method != super::joseph() || setting.early_exit {
+        let takes_more = setting.method == Algorithm::DistanceDriven.into();
+        if !takes_more && setting.method != super::joseph() || setting.early_exit {
             return Ok(None);
         }
         let projector = one_ray(study, &self.sample, setting)?;

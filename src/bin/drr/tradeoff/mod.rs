@@ -39,8 +39,8 @@ const SEED: u64 = 3;
 #[derive(Debug, Args)]
 #[command(after_help = "\
 Every method that the engine has is timed on all views (intensity only) and measured on a sample of their rays against the
-exact integral of the interpolated voxels with every energy, in float64. Of Siddon, which takes voxels as constant, the
-difference of model is measured. The chosen method is the planner's for --preset or --tolerance-hu [default: standard].
+exact integral of the interpolated voxels with every energy, in float64. Of Siddon, which takes voxels as constant, and of
+distance_driven, which also takes the mean over the pixel, the difference of model is measured. The chosen method is the planner's for --preset or --tolerance-hu [default: standard].
 
 Files in DIR: tradeoff.json, tradeoff.svg, tradeoff.png (error against time), error_chosen.png, error_joseph.png and
 error_siddon.png (signed errors of the chosen method, of Joseph's rule and of Siddon's lengths).")]

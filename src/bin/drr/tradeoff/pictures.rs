@@ -93,7 +93,7 @@ impl Pictures<'_> {
             let shown: Vec<&[f32]> = upright.iter().map(Vec::as_slice).collect();
             let range = range(&errors);
             let [width, height] = sample.size();
-            let map = with_colour_bar(&error_map(&shown, width, height, range)?, range)?;
+            let map = with_colour_bar(&error_map(&shown, width, height, range)?, range, "HU")?;
             map.write_png(&self.folder.join(format!("error_{name}.png")))?;
             bar.inc(1);
         }

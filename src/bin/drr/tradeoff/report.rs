@@ -150,7 +150,8 @@ impl Report {
                 "  HU: 1000 (p - p_exact)/p_exact over {rays} rays, of all rays at most RMSE + sampling ({:.0} % confidence);",
                 100.0 * CONFIDENCE
             ),
-            "  mm: displacement of edges that would explain it; area: against the mean over the pixel; Siddon: a difference of model"
+            "  mm: displacement of edges that would explain it; area: against the mean over the pixel; Siddon, distance_driven: a \
+             difference of model"
                 .into(),
         ];
         let regret = self.regret.map_or(String::new(), |r| {

@@ -29,6 +29,7 @@ impl Setting {
         all.push(Self::of(Algorithm::Siddon.into()));
         all.extend(FEW.map(|hu| Self::of(Method { energies: Energies::Few { hu }, ..joseph })));
         if engine == Backend::Cpu {
+            all.push(Self::of(Algorithm::DistanceDriven.into()));
             for accumulation in [Accumulation::Naive, Accumulation::Compensated] {
                 all.push(Self::of(Method { accumulation, ..joseph }));
             }
@@ -46,9 +47,10 @@ impl Setting {
         Self { name: method.to_string(), method, supersampling: 1, early_exit: false }
     }
 
-    /// Whether it computes something else than the others: voxels of constant value, or the mean over a pixel.
+    /// Whether it computes something else than the others: voxels of constant value, or a mean over a pixel.
     pub(super) fn is_of_another_model(&self) -> bool {
-        self.method.algorithm == Algorithm::Siddon || self.supersampling > 1
+        matches!(self.method.algorithm, Algorithm::Siddon | Algorithm::DistanceDriven)
+            || self.supersampling > 1
     }
 
     /// Whether a planner may choose it.

@@ -1,5 +1,5 @@
-//! One ray in exact arithmetic. Every float64 is a rational number, so that the ray of a pixel, its crossings with planes
-//! and its samples are too; nothing here rounds but the length in mm.
+//! One ray in exact arithmetic. Every float64 is a rational number, so that the ray of a pixel, its crossings with
+//! planes and its samples are too; nothing here rounds but the length in mm.
 
 use drr::geometry::{DetectorPose, Grid, Projection, View};
 use glam::DVec3;
@@ -69,22 +69,60 @@ pub(crate) struct Line {
     limits: [Option<Exact>; 2],
     /// World length of `direction`, mm.
     pub(super) mm: f64,
+    /// The lines `BESIDE` pixels before and behind along the columns, then along the rows, where they are asked for.
+    beside: Vec<[(Vector, Vector); 2]>,
 }
+
+/// Pixels: so few that differences are derivatives to the last digit of float64.
+const BESIDE: f64 = 1.0 / (1_u64 << 40) as f64;
 
 impl Line {
     /// The ray of a pixel (column, row), as the documentation of [`View`] defines it.
     pub(crate) fn of(view: &View, grid: &Grid, size: [usize; 2], pixel: [usize; 2]) -> Self {
         match view {
-            View::Pose(pose) => Self::segment(pose, grid, pixel),
-            View::Projection(projection) => Self::half_line(projection, grid, size, pixel),
+            View::Pose(pose) => Self::segment(pose, grid, pixel.map(|n| exact(n as f64))),
+            View::Projection(projection) => {
+                Self::half_line(projection, grid, size, pixel.map(|n| exact(n as f64)))
+            }
         }
     }
 
-    fn segment(pose: &DetectorPose, grid: &Grid, [i, j]: [usize; 2]) -> Self {
+    /// The same with the lines beside it, which say how wide its pixel is.
+    pub(crate) fn with_pixel(self, view: &View, grid: &Grid, size: [usize; 2], pixel: [usize; 2]) -> Self {
+        let line = |axis: usize, by: f64| {
+            let mut at = pixel.map(|n| exact(n as f64));
+            at[axis] += exact(by);
+            let line = match view {
+                View::Pose(pose) => Self::segment(pose, grid, at),
+                View::Projection(projection) => Self::half_line(projection, grid, size, at),
+            };
+            (line.origin, line.direction)
+        };
+        let beside = (0..2).map(|axis| [line(axis, -BESIDE), line(axis, BESIDE)]).collect();
+        Self { beside, ..self }
+    }
+
+    /// Half the extents along all axes, in the plane where the coordinate along `axis` is `s`, of the rectangle with
+    /// the second moments of the pixel that is mapped there to first order.
+    pub(super) fn half_widths(&self, axis: usize, s: &Exact) -> Vector {
+        let crossing = |(origin, direction): &(Vector, Vector)| {
+            let t = (s - &origin[axis]) / &direction[axis];
+            add(origin, &scaled(direction, &t))
+        };
+        let half_sides = self.beside.iter().map(|[before, behind]| {
+            scaled(&minus(&crossing(behind), &crossing(before)), &exact(0.25 / BESIDE))
+        });
+        let squares = half_sides.fold(vector(DVec3::ZERO), |sum, side| {
+            add(&sum, &std::array::from_fn(|axis| &side[axis] * &side[axis]))
+        });
+        squares.map(|square| root(&square))
+    }
+
+    fn segment(pose: &DetectorPose, grid: &Grid, [i, j]: [Exact; 2]) -> Self {
         let to_index = ToIndex::of(grid);
         let origin = vector(grid.index_to_world().translation);
-        let column = scaled(&vector(pose.column_step), &exact(i as f64));
-        let row = scaled(&vector(pose.row_step), &exact(j as f64));
+        let column = scaled(&vector(pose.column_step), &i);
+        let row = scaled(&vector(pose.row_step), &j);
         let source = vector(pose.source);
         let along = minus(&add(&add(&vector(pose.first_pixel), &column), &row), &source);
         Self {
@@ -92,6 +130,7 @@ impl Line {
             direction: to_index.of_vector(&along),
             limits: [Some(exact(0.0)), Some(exact(1.0))],
             mm: length(&along),
+            beside: Vec::new(),
         }
     }
 
@@ -100,13 +139,13 @@ impl Line {
         projection: &Projection,
         grid: &Grid,
         [width, height]: [usize; 2],
-        [i, j]: [usize; 2],
+        [i, j]: [Exact; 2],
     ) -> Self {
         let [x, y, w] = [0, 1, 3].map(|row| {
             let row = projection.matrix.row(row);
             (vector(row.truncate()), exact(row.w))
         });
-        let clip = |pixel: usize, n: usize| exact((2 * pixel + 1) as f64) / exact(n as f64) - exact(1.0);
+        let clip = |pixel: Exact, n: usize| (pixel * exact(2.0) + exact(1.0)) / exact(n as f64) - exact(1.0);
         let plane = |(n, d): &(Vector, Exact), at: &Exact| (minus(n, &scaled(&w.0, at)), d - &w.1 * at);
         let (a, b) = (plane(&x, &clip(i, width)), plane(&y, &-clip(j, height)));
         let crossing = cross(&a.0, &b.0);
@@ -124,6 +163,7 @@ impl Line {
             direction: to_index.of_vector(&along),
             limits: [None, None],
             mm: length(&along),
+            beside: Vec::new(),
         };
         if !w.0.iter().all(Zero::is_zero) {
             // The source may lie beside the line by what float32 rounds: its place along the driving axis counts.
@@ -195,6 +235,17 @@ impl Line {
         cuts.dedup();
         cuts
     }
+}
+
+/// The square root, to the last digits of float64.
+fn root(square: &Exact) -> Exact {
+    if square.is_zero() {
+        return exact(0.0);
+    }
+    // Scaled by an even power of two.
+    let scale = 2.0_f64.powi((0.5 * square.to_f64().expect("finite").log2()).clamp(-400.0, 400.0) as i32);
+    let unit = square / (exact(scale) * exact(scale));
+    exact(unit.to_f64().expect("finite").sqrt()) * exact(scale)
 }
 
 fn length(v: &Vector) -> f64 {
