@@ -1012,7 +1012,7 @@ DrrStatus drr_parallel_batch_forward_project(const struct DrrParallel *parallel,
 /// every view, for which the scalar product of A x with b is that of x with A^T b for every volume x. In the images' unit,
 /// times mm; what volume the handle was made of does not matter. `volume` is a place for one value per voxel.
 ///
-/// Otherwise as drr_parallel_batch_forward_project; fails with DRR_STATUS_UNSUPPORTED on an engine that has no adjoint.
+/// Otherwise as drr_parallel_batch_forward_project; computed on the context's CPU threads, whatever its engine.
 DrrStatus drr_parallel_adjoint(const struct DrrParallel *parallel,
                                const double *parameters,
                                size_t view_count,

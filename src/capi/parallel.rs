@@ -91,7 +91,7 @@ pub unsafe extern "C" fn drr_parallel_batch_forward_project(
 /// every view, for which the scalar product of A x with b is that of x with A^T b for every volume x. In the images' unit,
 /// times mm; what volume the handle was made of does not matter. `volume` is a place for one value per voxel.
 ///
-/// Otherwise as drr_parallel_batch_forward_project; fails with DRR_STATUS_UNSUPPORTED on an engine that has no adjoint.
+/// Otherwise as drr_parallel_batch_forward_project; computed on the context's CPU threads, whatever its engine.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_parallel_adjoint(
     parallel: *const DrrParallel,
