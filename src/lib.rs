@@ -5,6 +5,10 @@
 //! [`Projector`] runs the plan on an [`engine`]: `cpu` in float32, or `reference` in float64, the truth that the fast one
 //! is held to. Rays accumulate the areal density of each material; energies come after the march, once per ray.
 //!
+//! Beside images there are their derivatives by the object's pose, in parallel ([`parallel`]) and cone beams
+//! ([`pose_gradient`]), and the adjoints of line integrals ([`RayTransform`]): [`alignment`], [`registration`] and
+//! [`reconstruction`] are made of them.
+//!
 //! ```
 //! use std::sync::Arc;
 //!
