@@ -151,7 +151,8 @@ fn what_does_not_determine_a_view_is_warned_of() {
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.success() && error.contains(said), "{more:?}: {error}");
         let text = std::fs::read_to_string(folder.path().join("out/align.json")).expect("written");
-        assert_eq!(text.contains("\"converged\": false"), error.contains("did not converge"), "{text}");
+        // A loss with kinks may end where no step lowers it, which is no reason to warn.
+        assert!(text.contains("\"converged\": false") || !error.contains("did not converge"), "{text}");
     }
     let output = drr(folder.path(), &[&own[..], &["--pixel", "1e-300"]].concat());
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
