@@ -59,7 +59,7 @@ int main(void) {
     double degrees = 0.0, mm = 0.0;
     for (int k = 0; k < 3; k++) degrees = fmax(degrees, fabs(found[k] - truth[k]) / degree);
     for (int k = 3; k < 5; k++) mm = fmax(mm, fabs(found[k] - truth[k]));
-    CHECK(degrees < 2e-3 && mm < 1e-3);
+    CHECK(degrees < 5e-6 && mm < 1e-7);
     OK(drr_parallel_destroy(parallel));
     OK(drr_context_destroy(context));
     printf("PASS in %d steps: angles to %.1e degrees, translations to %.1e mm\n", steps, degrees, mm);

@@ -87,7 +87,7 @@ int main(void) {
     double degrees = 0.0, mm = 0.0;
     for (int k = 0; k < 3; k++) degrees = fmax(degrees, fabs(found[k] - truth[k]) / degree);
     for (int k = 3; k < 6; k++) mm = fmax(mm, fabs(found[k] - truth[k]));
-    CHECK(degrees < 2e-3 && mm < 1e-2);
+    CHECK(degrees < 3e-6 && mm < 1.4e-6);
     OK(drr_pose_gradient_destroy(pose_gradient));
     OK(drr_volume_destroy(volume));
     OK(drr_context_destroy(context));
