@@ -78,6 +78,7 @@ pub mod shared;
 mod tolerance;
 mod values;
 mod vector;
+mod view_stream;
 pub mod volume;
 
 pub use context::{Context, MAX_THREADS};

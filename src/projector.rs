@@ -52,11 +52,14 @@ pub struct ViewRequest {
     /// Pixels from one ray of the view to the next, at least 1: more where it has only some pixels of a detector, every
     /// `stride`th of every `stride`th row. They are that much narrower than their distances, for algorithms that ask.
     pub stride: usize,
+    /// Which view it is, counted from 0: with the seed it decides the noise. `None`: its place among the views of the call.
+    /// A view has the same images in every call that gives it the same number, whatever other views are in it.
+    pub number: Option<usize>,
 }
 
 impl From<View> for ViewRequest {
     fn from(view: View) -> Self {
-        Self { view, early_exit: false, spectral: None, lut_addresses: [0, 0], stride: 1 }
+        Self { view, early_exit: false, spectral: None, lut_addresses: [0, 0], stride: 1, number: None }
     }
 }
 
@@ -223,7 +226,7 @@ impl Projector {
         let march = March { developed: Some(layers), ..self.march(algorithm, layers.bone_path, progress) };
         for v in 0..views.len() {
             let exposure = times.of("ray march", || march.expose_nth(views, v, caster))?;
-            let (images, stages) = exposure.develop_from(&self.simulated, layers, v)?;
+            let (images, stages) = exposure.developed(&self.simulated, layers)?;
             times.add_all(&stages);
             all.put(v, &images);
         }

@@ -1,6 +1,6 @@
 //! What a projection returns.
 
-use crate::allocation::filled;
+use crate::allocation::{collected, filled};
 use crate::error::Result;
 use crate::physics::MAX_MATERIALS;
 
@@ -151,6 +151,22 @@ impl<T: Copy + Default> Images<T> {
         put(&mut self.line_integral, &one.line_integral);
         put(&mut self.areal_density, &one.areal_density);
         put(&mut self.bone_path, &one.bone_path);
+    }
+
+    /// The images of one view alone.
+    pub(crate) fn only(&self, view: usize) -> Result<Self> {
+        let part = |layer: &[T]| {
+            let values = layer.len() / self.views;
+            collected(layer[view * values..(view + 1) * values].iter().copied(), "the images")
+        };
+        Ok(Self {
+            views: 1,
+            intensity: part(&self.intensity)?,
+            line_integral: part(&self.line_integral)?,
+            areal_density: part(&self.areal_density)?,
+            bone_path: part(&self.bone_path)?,
+            ..*self
+        })
     }
 
     /// One view of a layer made of one plane per view.

@@ -25,19 +25,15 @@ impl<'a> Development<'a> {
         Self { scene, layers, times: StageTimes::default() }
     }
 
-    /// The images of all views, of which the first one has this number, and what the stages took.
-    pub(super) fn images<T: Sample>(
-        self,
-        exposure: &Exposure<T>,
-        first_view: usize,
-    ) -> Result<(Images<T>, StageTimes)> {
+    /// The images of all views, and what the stages took.
+    pub(super) fn images<T: Sample>(self, exposure: &Exposure<T>) -> Result<(Images<T>, StageTimes)> {
         let materials = self.scene.materials.names().len();
         let (size, views) = (self.scene.detector, exposure.views());
         let mut images = Images::of_layers(size, views, materials, self.scene.layers(), self.layers)?;
         for (v, shot) in exposure.shots.iter().enumerate() {
             self.paths(shot, v, &mut images)?;
             if self.layers.intensity || self.layers.line_integral {
-                self.signal(exposure, shot, [v, first_view + v], &mut images)?;
+                self.signal(exposure, shot, v, &mut images)?;
             }
         }
         Ok((images, self.times))
@@ -62,7 +58,7 @@ impl<'a> Development<'a> {
         &self,
         exposure: &Exposure<T>,
         shot: &Shot<T>,
-        [place, view]: [usize; 2],
+        place: usize,
         images: &mut Images<T>,
     ) -> Result<()> {
         let effects = &self.scene.effects;
@@ -98,7 +94,7 @@ impl<'a> Development<'a> {
             self.times.of("pixels", || rays.change(|plane| fill.collected(plane, n)))?;
         }
         for layer in 0..self.scene.layers() {
-            self.read_out(channels, &rays, fill, [place, view, layer], images)?;
+            self.read_out(channels, &rays, fill, [place, shot.number, layer], images)?;
         }
         Ok(())
     }
@@ -109,7 +105,7 @@ impl<'a> Development<'a> {
         channels: &Channels,
         pixels: &Signals,
         fill: FillFactor,
-        [place, view, layer]: [usize; 3],
+        [place, number, layer]: [usize; 3],
         images: &mut Images<T>,
     ) -> Result<()> {
         let rows = channels.of_layer(layer);
@@ -122,7 +118,7 @@ impl<'a> Development<'a> {
                 let photons_per_pixel = noise.photons_per_pixel / self.scene.spectrum.total();
                 let noise = Noise { photons_per_pixel, ..*noise };
                 let gain = mean_gain(self.scene, layer)?;
-                noise.applied(rows.map(|row| &pixels.planes[row]), gain, view, layer)
+                noise.applied(rows.map(|row| &pixels.planes[row]), gain, number, layer)
             })?),
         };
         let intensity = noisy.as_ref().unwrap_or(mean);

@@ -70,13 +70,14 @@ impl March<'_> {
         caster: &(impl RayCaster<T> + ?Sized),
     ) -> Result<Shot<T>> {
         let view = &views[nth];
-        let shot = check_tables(view).and_then(|()| self.shot_of(view, caster));
+        let shot = check_tables(view).and_then(|()| self.shot_of(view, view.number.unwrap_or(nth), caster));
         shot.map_err(|error| error.of(&format!("views[{nth}]")))
     }
 
     fn shot_of<T: Sample>(
         &self,
         request: &ViewRequest,
+        number: usize,
         caster: &(impl RayCaster<T> + ?Sized),
     ) -> Result<Shot<T>> {
         let (view, stride) = (&request.view, request.checked_stride()?);
@@ -95,13 +96,13 @@ impl March<'_> {
         let view = on_ray_grid(view, n);
         let parts = points.iter().map(|(_, part)| *part).collect();
         if let Some((images, passed)) = self.context.install(|| self.passed(&view, &jobs, size, caster))? {
-            return Ok(Shot { view, grid: *grid, images, passed: Some(passed), parts });
+            return Ok(Shot { number, view, grid: *grid, images, passed: Some(passed), parts });
         }
         let layers = Layers { areal_density: true, bone_path: self.bone_path, ..Layers::default() };
         let progress = Progress::new(self.progress);
         let mut images = self.context.install(|| caster.cast(&Job { views: &jobs, layers, progress }))?;
         self.put_implants(&beams, &mut images)?;
-        Ok(Shot { view, grid: *grid, images, passed: None, parts })
+        Ok(Shot { number, view, grid: *grid, images, passed: None, parts })
     }
 
     /// Has the caster sum over energies what its rays meet, if it can. The one place where this is decided: not for rays that

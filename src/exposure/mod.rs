@@ -99,17 +99,12 @@ impl<T: Sample> Exposure<T> {
                 "none of them in an exposure whose focal spot is one convolution, which would blur them too";
             return Err(Error::invalid("scene.effects' fall-off, heel or filters", "asked for", valid));
         }
-        self.develop_from(scene, layers, 0)
+        self.developed(scene, layers)
     }
 
-    /// As the images of a call's views from `first_view` on.
-    pub(crate) fn develop_from(
-        &self,
-        scene: &Scene,
-        layers: Layers,
-        first_view: usize,
-    ) -> Result<(Images<T>, StageTimes)> {
-        self.context.install(|| Development::new(scene, layers).images(self, first_view))
+    /// As [`Exposure::develop`], of a scene that is known to fit.
+    pub(crate) fn developed(&self, scene: &Scene, layers: Layers) -> Result<(Images<T>, StageTimes)> {
+        self.context.install(|| Development::new(scene, layers).images(self))
     }
 
     /// What decided the rays and what they met must be the same.

@@ -11,6 +11,8 @@ use crate::geometry::{DetectorPose, Grid, View};
 
 /// What the rays of one view met.
 pub(crate) struct Shot<T> {
+    /// Which view it is: what decides its noise.
+    pub(super) number: usize,
     /// Whose pixels are the rays.
     pub(super) view: View,
     /// Of the volume.

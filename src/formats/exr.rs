@@ -1,11 +1,11 @@
-//! Writing OpenEXR: all layers of a view in one float32 file.
+//! OpenEXR: all layers of a view in one float32 file, and reading what it says about itself.
 
 use std::io::{Cursor, Write};
 use std::path::Path;
 
 use exr::prelude::{
-    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, Text,
-    WritableImage,
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, MetaData,
+    Text, WritableImage,
 };
 
 use crate::error::{Error, Result};
@@ -32,6 +32,20 @@ pub fn write_exr(path: &Path, image: &ExrImage<'_>) -> Result<()> {
     let mut file = Replacement::create(path)?;
     file.write_all(&bytes).map_err(|e| file_error(path, e))?;
     file.commit()
+}
+
+/// Reads the texts among the attributes of a file, by name, without its pixels.
+///
+/// # Errors
+/// `File` when it is no OpenEXR file.
+pub fn read_exr_metadata(path: &Path) -> Result<Vec<(String, String)>> {
+    let read = MetaData::read_from_file(path, false).map_err(|e| file_error(path, e))?;
+    let attributes = read.headers.into_iter().flat_map(|header| header.own_attributes.other);
+    let texts = attributes.filter_map(|(name, value)| match value {
+        AttributeValue::Text(value) => Some((utf8(&name), utf8(&value))),
+        _ => None,
+    });
+    Ok(texts.collect())
 }
 
 fn encode(path: &Path, image: &ExrImage<'_>) -> Result<Vec<u8>> {
@@ -80,6 +94,10 @@ fn text(text: &str) -> Result<Text> {
         return Err(Error::invalid("text for OpenEXR", text.escape_debug(), "no NUL characters"));
     }
     Ok(Text::from_slice_unchecked(text.as_bytes()))
+}
+
+fn utf8(text: &Text) -> String {
+    String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
 /// Sorts the attributes of the header by name; the library writes them in an order that differs from run to run. Their
@@ -139,6 +157,9 @@ mod tests {
             let FlatSamples::F32(values) = &channel.sample_data else { panic!("float32 was written") };
             assert!(values.iter().zip(expected).all(|(a, b)| a.to_bits() == b.to_bits()));
         }
+        let mut metadata = read_exr_metadata(&path).unwrap();
+        metadata.sort();
+        assert_eq!(metadata, image.metadata);
         for (name, value) in &image.metadata {
             let attribute = &layer.attributes.other[&text(name).unwrap()];
             assert_eq!(*attribute, AttributeValue::Text(text(value).unwrap()));

@@ -1,7 +1,7 @@
 //! A file that replaces another one only when it is complete.
 
 use std::fs::{self, File, OpenOptions};
-use std::io::{BufWriter, Seek, SeekFrom, Write};
+use std::io::{BufWriter, ErrorKind, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -26,17 +26,22 @@ impl Replacement {
             return Err(file_error(path, "exists and is not a regular file"));
         }
         let name = destination.file_name().ok_or_else(|| file_error(path, "has no file name"))?;
-        let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-        let temporary = destination.with_file_name(format!(
-            ".{}.{}-{number}.part",
-            name.to_string_lossy(),
-            std::process::id()
-        ));
-        let file = OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(&temporary)
-            .map_err(|e| file_error(path, format!("cannot write {}: {e}", temporary.display())))?;
+        let (file, temporary) = loop {
+            let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+            let temporary = destination.with_file_name(format!(
+                ".{}.{}-{number}.part",
+                name.to_string_lossy(),
+                std::process::id()
+            ));
+            match OpenOptions::new().write(true).create_new(true).open(&temporary) {
+                // Of a process with the same number, on another machine or killed.
+                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+                made => {
+                    let failed = |e| file_error(path, format!("cannot write {}: {e}", temporary.display()));
+                    break (made.map_err(failed)?, temporary);
+                }
+            }
+        };
         Ok(Self { file: BufWriter::with_capacity(1 << 16, file), temporary, destination, committed: false })
     }
 
@@ -106,6 +111,22 @@ mod tests {
         file.commit().unwrap();
         assert_eq!(names(folder.path()), ["image"]);
         assert_eq!(fs::read(&path).unwrap(), b"new");
+    }
+
+    #[test]
+    fn what_a_killed_process_with_the_same_number_left_is_in_nobody_s_way() {
+        let folder = tempfile::tempdir().unwrap();
+        let own = std::process::id();
+        // Tests run side by side: the counter is anywhere below.
+        for number in 0..1000 {
+            fs::write(folder.path().join(format!(".image.{own}-{number}.part")), "left").unwrap();
+        }
+        let path = folder.path().join("image");
+        let mut file = Replacement::create(&path).unwrap();
+        file.write_all(b"new").unwrap();
+        file.commit().unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(fs::read(folder.path().join(format!(".image.{own}-0.part"))).unwrap(), b"left");
     }
 
     #[test]

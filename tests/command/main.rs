@@ -3,6 +3,7 @@
 #![allow(missing_docs, reason = "a test program")]
 
 mod align;
+mod batch;
 mod effects;
 mod project;
 mod reconstruct;

@@ -12,6 +12,8 @@ mod labels;
 #[cfg(feature = "formats")]
 mod nifti;
 #[cfg(feature = "formats")]
+mod pose_table;
+#[cfg(feature = "formats")]
 mod tables;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -55,6 +57,12 @@ fn in_labels() {
 #[test]
 fn in_geometry_files() {
     replay("geometry", geometry::check);
+}
+
+#[cfg(feature = "formats")]
+#[test]
+fn in_tables_of_views() {
+    replay("pose_table", pose_table::check);
 }
 
 #[cfg(feature = "formats")]

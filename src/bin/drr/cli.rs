@@ -19,6 +19,7 @@ Examples:
   drr plan --ct chest.nii.gz                              what would run, and why
   drr tradeoff --ct chest.nii.gz                          what accuracy costs in time: a table, a chart, error maps
   drr project --ct chest.nii.gz --tolerance-hu 2          the cheapest method that keeps an error
+  drr project --ct chest.nii.gz --views views.csv --shard 1/2  the views of a table, by two processes: project --help
   drr project --fall-off --scatter --blur 0.2 --photons 5000 --detector top_energy,bottom_energy
                                                           effects, each asked for; both layers of a panel
   drr plan --focal-spot 0.6 --scatter --measure           what they cost on this machine, stage by stage

@@ -7,7 +7,7 @@ use clap::Args;
 use drr::effects::Effects;
 use drr::geometry::View;
 use drr::volume::Volume;
-use drr::{Context, Projector, Scene, ViewRequest};
+use drr::{Context, Projector, Scene};
 
 use crate::console::Console;
 use crate::ct::{CtArguments, Loaded};
@@ -21,7 +21,7 @@ pub(crate) struct Inputs {
     #[command(flatten)]
     pub(crate) ct: CtArguments,
     #[command(flatten)]
-    views: ViewArguments,
+    pub(crate) views: ViewArguments,
     #[command(flatten)]
     physics: PhysicsArguments,
     #[command(flatten)]
@@ -114,12 +114,5 @@ impl Setup<'_> {
             };
             anyhow::Error::new(error).context(argument)
         })
-    }
-}
-
-impl Views {
-    /// What to ask a projector for.
-    pub(crate) fn requests(&self) -> Vec<ViewRequest> {
-        self.poses.iter().map(|&pose| View::Pose(pose).into()).collect()
     }
 }

@@ -3,6 +3,7 @@
 
 mod algorithm;
 mod align;
+mod batch;
 mod bench;
 mod certificate;
 mod charts;
@@ -13,10 +14,12 @@ mod ct;
 mod default_ct;
 mod effect_arguments;
 mod effects;
+mod fingerprint;
 mod fit;
 mod inputs;
 mod line_integrals;
 mod memory;
+mod metadata;
 mod method;
 mod object;
 mod output;

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
-use drr::formats::GeometryFile;
-use drr::geometry::{DetectorPose, Grid};
+use drr::ViewRequest;
+use drr::formats::{CArm, GeometryFile, PoseTable};
+use drr::geometry::{DetectorPose, Grid, View};
 use glam::DVec3;
 
 use crate::value;
@@ -40,6 +41,19 @@ pub(crate) struct ViewArguments {
     /// Pixel (i,j) has its centre at first_pixel + i*column_step + j*row_step.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["angles", "sad", "sdd", "pixel", "size"])]
     geometry: Option<PathBuf>,
+    /// One view per row of a table, CSV with a header, instead of angles: angle_degrees, or the twelve coordinates of a pose
+    ///
+    /// Beside angle_degrees there may be sad_mm, sdd_mm and pixel_mm, for which --sad, --sdd and --pixel stand otherwise,
+    /// and offset_x_mm, offset_y_mm, offset_z_mm from the volume's centre to the C-arm's. The twelve are source_x_mm,
+    /// source_y_mm, source_z_mm, and so first_pixel, column_step and row_step, as in --geometry. Either may have a column
+    /// name: what the view's files are called. Columns may stand in any order; lines that start with # are comments. All
+    /// views have --size.
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["angles", "geometry"])]
+    views: Option<PathBuf>,
+    /// The first view's number, from which views and rows are counted; it is in the names of files, and decides the noise
+    #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u32))]
+    first_view: u32,
 }
 
 impl Default for ViewArguments {
@@ -51,6 +65,8 @@ impl Default for ViewArguments {
             pixel: None,
             size: [720, 720],
             geometry: None,
+            views: None,
+            first_view: 0,
         }
     }
 }
@@ -78,33 +94,88 @@ pub(crate) struct Views {
     /// Columns and rows of pixels.
     pub(crate) size: [usize; 2],
     pub(crate) poses: Vec<DetectorPose>,
+    /// The number of the first one.
+    first: usize,
+    named: Named,
+}
+
+/// What views are called.
+#[derive(Debug, Clone)]
+enum Named {
+    /// By their numbers.
+    Plainly,
+    /// By their numbers, so that names stand in the order of a table's rows.
+    InOrder,
+    /// As a table says.
+    As(Vec<String>),
+}
+
+/// One view, as its files tell of it.
+pub(crate) struct NamedView {
+    pub(crate) name: String,
+    /// What its noise follows from.
+    pub(crate) number: usize,
+    pub(crate) pose: DetectorPose,
 }
 
 impl ViewArguments {
     /// Refuses a source within the volume's circle of rotation; poses of a file are taken as they are.
     pub(crate) fn check_outside(&self, grid: &Grid) -> Result<()> {
-        if self.geometry.is_none() {
+        if self.geometry.is_none() && self.views.is_none() {
             check_outside(grid, self.sad, self.sdd)?;
         }
         Ok(())
     }
 
+    /// Whether they are the rows of a table.
+    pub(crate) fn is_table(&self) -> bool {
+        self.views.is_some()
+    }
+
     /// The views of a volume on `grid`.
     pub(crate) fn views(&self, grid: &Grid) -> Result<Views> {
+        let first = self.first_view as usize;
         if let Some(path) = &self.geometry {
             let file = GeometryFile::read(path).context("--geometry")?;
-            return Ok(Views { size: [file.width, file.height], poses: file.views });
+            let size = [file.width, file.height];
+            return Ok(Views { size, poses: file.views, first, named: Named::Plainly });
         }
         let pixel = self.pixel.unwrap_or(DEFAULT_WIDTH_MM / self.size[0].max(1) as f64);
+        if let Some(path) = &self.views {
+            let (centre, size) = (grid.centre(), self.size);
+            let c_arm = CArm { centre, size, sad_mm: self.sad, sdd_mm: self.sdd, pixel_mm: pixel };
+            let PoseTable { poses, names } = PoseTable::read(path, &c_arm).context("--views")?;
+            return Ok(Views { size, poses, first, named: names.map_or(Named::InOrder, Named::As) });
+        }
         let pose =
             |&angle: &f64| DetectorPose::c_arm(grid.centre(), angle, self.sad, self.sdd, pixel, self.size);
         let poses: Vec<_> = self.angles.iter().map(pose).collect();
         poses.iter().try_for_each(DetectorPose::validate).context("--angles, --sad, --sdd, --pixel")?;
-        Ok(Views { size: self.size, poses })
+        Ok(Views { size: self.size, poses, first, named: Named::Plainly })
     }
 }
 
 impl Views {
+    /// What to ask a projector for.
+    pub(crate) fn requests(&self) -> Vec<ViewRequest> {
+        (0..self.poses.len()).map(|view| self.request(view)).collect()
+    }
+
+    /// The same for one of them.
+    pub(crate) fn request(&self, view: usize) -> ViewRequest {
+        ViewRequest { number: Some(self.first + view), ..View::Pose(self.poses[view]).into() }
+    }
+
+    pub(crate) fn named(&self, view: usize) -> NamedView {
+        let number = self.first + view;
+        let name = match &self.named {
+            Named::Plainly => format!("view{number}"),
+            Named::InOrder => format!("view{number:06}"),
+            Named::As(names) => names[view].clone(),
+        };
+        NamedView { name, number, pose: self.poses[view] }
+    }
+
     /// Whether the head is at the last row of a view.
     pub(crate) fn head_last(&self, view: usize) -> bool {
         self.poses[view].row_step.z > 0.0

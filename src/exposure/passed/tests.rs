@@ -87,7 +87,7 @@ fn develop(scene: &Scene, engine: Engine, layers: Layers, kept: bool) -> (Images
     };
     let views: [ViewRequest; 1] = [View::Pose(pose()).into()];
     let exposure = march.expose_nth(&views, 0, &engine).expect("casts");
-    let (images, _) = exposure.develop_from(scene, layers, 0).expect("develops");
+    let (images, _) = exposure.developed(scene, layers).expect("develops");
     (images, engine.asked.into_inner().expect("no test panics"))
 }
 
