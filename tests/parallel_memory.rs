@@ -2,44 +2,14 @@
 #![allow(missing_docs, reason = "a test program")]
 #![allow(unsafe_code, reason = "an allocator that counts")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+#[path = "support/held.rs"]
+mod held;
 
 use drr::Context;
 use drr::engine::Backend;
 use drr::parallel::{ParallelGeometry, ParallelProjector, Quadrature, RaySelection, ViewParameters};
 use glam::DVec3;
-
-static HELD: AtomicUsize = AtomicUsize::new(0);
-static MOST: AtomicUsize = AtomicUsize::new(0);
-
-struct Counting;
-
-// SAFETY: the system's allocator, whose rules hold unchanged; only counters are added.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        MOST.fetch_max(HELD.fetch_add(layout.size(), SeqCst) + layout.size(), SeqCst);
-        // SAFETY: the caller's layout.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
-        HELD.fetch_sub(layout.size(), SeqCst);
-        // SAFETY: the caller's memory and layout.
-        unsafe { System.dealloc(at, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-/// The result, and the most bytes that were held at once beyond those held before.
-fn held<R>(call: impl FnOnce() -> R) -> (R, usize) {
-    let before = HELD.load(SeqCst);
-    MOST.store(before, SeqCst);
-    let result = call();
-    (result, MOST.load(SeqCst) - before)
-}
+use held::held;
 
 /// Bytes beside the result of images, of values and gradients, of the adjoint, for cubes of this side.
 fn measure(side: usize) -> [usize; 3] {

@@ -1,7 +1,6 @@
 //! HU in, voxels out: slab by slab, so that a reader never holds the volume twice.
 
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
@@ -9,6 +8,7 @@ use crate::allocation::{filled, reserved};
 use crate::error::{Error, Result};
 use crate::geometry::Grid;
 use crate::physics::{Calibration, MAX_MATERIALS, Thresholds};
+use crate::volume::seen::Seen;
 use crate::volume::{MaterialStatistics, Volume, Voxel, Voxels};
 
 /// How HU become density and material.
@@ -52,7 +52,9 @@ impl Code {
     fn encode(self, hu: i16, label: u8) -> u16 {
         match self {
             Self::Hu => hu.cast_unsigned() ^ 0x8000,
-            Self::LabelAndHu => u16::from(label) << 13 | (i32::from(hu) + 1025).clamp(0, 8191) as u16,
+            Self::LabelAndHu => {
+                u16::from(label) << 13 | hu.saturating_add(1025).clamp(0, 8191).cast_unsigned()
+            }
         }
     }
 
@@ -74,9 +76,41 @@ impl Code {
 }
 
 /// Voxels per parallel piece of work.
-const PIECE: usize = 1 << 16;
+pub(super) const PIECE: usize = 1 << 16;
 
-/// Makes a [`Volume`] from voxels that arrive in order, in pieces of any size.
+/// Makes a [`Volume`] from voxels that arrive in order, in pieces of any size. They are copied: with two slabs in turns, a
+/// reader fills one while the other is made voxels of.
+///
+/// ```
+/// # use drr::{geometry::Grid, physics::{Calibration, Thresholds}, volume::{Classification, VolumeBuilder}};
+/// # use std::{sync::mpsc::channel, thread};
+/// # let how = Classification::named(Calibration::DEFAULT, Thresholds::DEFAULT)?;
+/// # let grid = Grid::centred([64, 64, 40], glam::DVec3::ONE)?;
+/// # let read = |slice: usize, slab: &mut Vec<i16>| slab.fill(slice as i16);
+/// let mut builder = VolumeBuilder::int16(grid, &how, false)?;
+/// let ((filled, slabs), (done, free)) = (channel(), channel());
+/// (0..2).try_for_each(|_| done.send(vec![0; 64 * 64]))?;
+/// thread::scope(|scope| {
+///     scope.spawn(move || {
+///         for (slice, mut slab) in (0..40).zip(free) {
+///             read(slice, &mut slab);
+///             if filled.send(slab).is_err() {
+///                 return;
+///             }
+///         }
+///     });
+///     for slab in slabs {
+///         builder.push_int16(&slab, None)?;
+///         // The reader may have all it needs.
+///         let _ = done.send(slab);
+///     }
+///     drr::Result::Ok(())
+/// })?;
+/// let volume = builder.finish()?;
+/// # let density = |slice: usize| volume.voxels().get(64 * 64 * slice).density;
+/// # assert!((1..40).all(|slice| density(slice) > density(slice - 1)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct VolumeBuilder {
     grid: Grid,
@@ -89,7 +123,7 @@ pub struct VolumeBuilder {
 /// The voxels that have come; memory for all is reserved from the start, and touched when they come.
 #[derive(Debug)]
 enum Store {
-    Int16 { code: Code, codes: Vec<u16>, seen: Vec<AtomicBool> },
+    Int16 { code: Code, codes: Vec<u16>, seen: Seen },
     Float32 { density: Vec<f32>, label: Vec<u8> },
 }
 
@@ -108,8 +142,8 @@ impl VolumeBuilder {
     pub fn int16(grid: Grid, how: &Classification, labelled: bool) -> Result<Self> {
         let code = if labelled { Code::LabelAndHu } else { Code::Hu };
         let codes = reserved(grid.voxel_count(), "the volume")?;
-        let seen = (0..1 << 16).map(|_| AtomicBool::new(false)).collect();
-        Ok(Self { grid, how: how.clone(), store: Store::Int16 { code, codes, seen }, labelled: false })
+        let store = Store::Int16 { code, codes, seen: Seen::none() };
+        Ok(Self { grid, how: how.clone(), store, labelled: false })
     }
 
     /// For HU that are not integers.
@@ -124,28 +158,28 @@ impl VolumeBuilder {
 
     /// The next voxels, with their labels if the builder was made for labels.
     pub fn push_int16(&mut self, hu: &[i16], labels: Option<&[u8]>) -> Result<()> {
-        self.check(hu.len(), labels)?;
+        let first = self.check(hu.len(), labels)?;
         let Store::Int16 { code, codes, seen } = &mut self.store else {
             self.extend_float32(hu, labels);
             return Ok(());
         };
-        if matches!(code, Code::LabelAndHu) != labels.is_some() {
-            let given = if labels.is_some() { "labels" } else { "no labels" };
-            return Err(Error::invalid(
-                "labels",
-                given,
-                "labels with every piece of the volume or with none",
-            ));
-        }
-        codes.par_extend(hu.par_iter().with_min_len(PIECE).enumerate().map(|(i, &hu)| {
-            let code = code.encode(hu, labels.map_or(0, |labels| labels[i]));
-            let seen = &seen[usize::from(code)];
-            // Threads share the cache lines: write only what changes.
-            if !seen.load(Ordering::Relaxed) {
-                seen.store(true, Ordering::Relaxed);
+        let each = hu.par_iter().with_min_len(PIECE);
+        match (*code, labels) {
+            (Code::Hu, None) => codes.par_extend(each.map(|&hu| Code::Hu.encode(hu, 0))),
+            (Code::LabelAndHu, Some(labels)) => {
+                codes.par_extend(each.zip(labels).map(|(&hu, &label)| Code::LabelAndHu.encode(hu, label)));
             }
-            code
-        }));
+            _ => {
+                let given = if labels.is_some() { "labels" } else { "no labels" };
+                return Err(Error::invalid(
+                    "labels",
+                    given,
+                    "labels with every piece of the volume or with none",
+                ));
+            }
+        }
+        // Apart from the encoding, which is as fast as a copy as long as nothing else is done.
+        seen.note(&codes[first..]);
         self.labelled |= labels.is_some();
         Ok(())
     }
@@ -193,12 +227,11 @@ impl VolumeBuilder {
         let mut note = |voxel: Voxel| materials[usize::from(voxel.label)].note(voxel);
         let voxels = match self.store {
             Store::Int16 { code, codes, seen } => {
-                let mut table = filled(seen.len(), Voxel::default(), "the volume's table")?;
-                for (c, (voxel, seen)) in (0..=u16::MAX).zip(table.iter_mut().zip(seen)) {
-                    if seen.into_inner() {
-                        *voxel = code.meaning(c, &self.how);
-                        note(*voxel);
-                    }
+                let mut table = filled(1 << 16, Voxel::default(), "the volume's table")?;
+                for c in (0..=u16::MAX).filter(|&c| seen.has(c)) {
+                    let voxel = code.meaning(c, &self.how);
+                    table[usize::from(c)] = voxel;
+                    note(voxel);
                 }
                 Voxels::Coded { codes, table }
             }
@@ -277,6 +310,31 @@ mod tests {
         assert_eq!(plain.voxels().get(0).density, 0.0);
         assert_eq!(labelled.materials()[3], MaterialStatistics { labelled: true, max_density: 0.0 });
         assert!(!labelled.materials()[2].labelled);
+    }
+
+    #[test]
+    fn pieces_of_any_size_make_the_same_volume() {
+        let grid = Grid::centred([256, 256, 3], DVec3::ONE).expect("valid");
+        let hu: Vec<i16> = (0..grid.voxel_count()).map(|n| (n.wrapping_mul(40_503) >> 3) as i16).collect();
+        let labels: Vec<u8> = (0..hu.len()).map(|n| (n % 7) as u8).collect();
+        let how = Classification::named(Calibration::DEFAULT, Thresholds::DEFAULT).expect("built in");
+        for labels in [None, Some(&labels[..])] {
+            let whole = Volume::from_int16(grid, &hu, labels, &how).expect("valid");
+            let mut builder = VolumeBuilder::int16(grid, &how, labels.is_some()).expect("memory");
+            let ends = [0, 1, 63, 127, PIECE, PIECE, 2 * PIECE + 130, hu.len()];
+            for piece in ends.windows(2).map(|ends| ends[0]..ends[1]) {
+                let labels = labels.map(|labels| &labels[piece.clone()]);
+                builder.push_int16(&hu[piece], labels).expect("valid");
+            }
+            let pieces = builder.finish().expect("complete");
+            for volume in [&whole, &pieces] {
+                for (n, &hu) in hu.iter().enumerate() {
+                    let expected = how.voxel(f64::from(hu), labels.map(|labels| labels[n]));
+                    assert_eq!(volume.voxels().get(n), expected, "voxel {n} of {hu} HU");
+                }
+            }
+            assert_eq!(whole.materials(), pieces.materials());
+        }
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod byte_voxels;
 mod coarser;
 mod levels;
 mod partition;
+mod seen;
 mod voxels;
 
 use std::any::Any;

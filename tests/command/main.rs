@@ -8,6 +8,7 @@ mod effects;
 mod project;
 mod reconstruct;
 mod register;
+mod scaling;
 #[path = "../support/mod.rs"]
 mod support;
 
@@ -251,7 +252,7 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
     std::fs::write(folder.path().join("half.csv"), "energy_keV,weight\n60.5,1\n").expect("written");
     std::fs::write(folder.path().join("alike.csv"), "energy_keV,a b,a_b\n60,0.2,0.2\n").expect("written");
     let ct = ["--ct", "ct.raw", "--dims", "24,20,18", "--spacing", "2,2,2"];
-    let cases: [(&str, Vec<&str>); 43] = [
+    let cases: [(&str, Vec<&str>); 45] = [
         ("--size", vec!["project", "--size", "0x5"]),
         ("--size", vec!["project", "--size", "large"]),
         ("--ct", vec!["project", "--ct", "missing.nii"]),
@@ -294,6 +295,8 @@ fn bad_arguments_exit_with_2_and_name_themselves() {
         ("--geometry", vec!["project", "--geometry", "ct.raw"]),
         ("--threads", vec!["bench", "--threads", "5000"]),
         ("--device", vec!["bench", "--device", "1"]),
+        ("VOXELS,PIXELS,VIEWS", vec!["bench", "--scaling", "720,7,1"]),
+        ("--output", vec!["bench", "--scaling", "8,8,1", "--output", "ct.raw"]),
         ("--output", vec!["phantom", "thorax", "--output", "thorax.raw"]),
     ];
     for (name, arguments) in cases {

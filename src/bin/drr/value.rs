@@ -34,6 +34,14 @@ pub(crate) fn size(text: &str) -> Result<[usize; 2], String> {
     }
 }
 
+/// Voxels and pixels per side, and views, up to which something grows.
+pub(crate) fn growth(text: &str) -> Result<[usize; 3], String> {
+    match numbers(text, ',') {
+        Some(most @ [8..=1024, 8..=4096, 1..=1024]) => Ok(most),
+        _ => Err("expected VOXELS,PIXELS,VIEWS, such as 720,1440,32: 8 to 1024, 8 to 4096, 1 to 1024".into()),
+    }
+}
+
 /// Rays per side of a pixel.
 pub(crate) fn supersampling(text: &str) -> Result<usize, String> {
     match text.parse() {

@@ -119,6 +119,11 @@ pub(crate) struct NamedView {
 }
 
 impl ViewArguments {
+    /// The default ones, but for angles, degrees, and detector.
+    pub(crate) fn of(angles: Vec<f64>, size: [usize; 2]) -> Self {
+        Self { angles, size, ..Self::default() }
+    }
+
     /// Refuses a source within the volume's circle of rotation; poses of a file are taken as they are.
     pub(crate) fn check_outside(&self, grid: &Grid) -> Result<()> {
         if self.geometry.is_none() && self.views.is_none() {

@@ -2,9 +2,11 @@
 
 mod gpu;
 mod parallel;
+mod scaling;
 mod times;
 mod variants;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
@@ -24,14 +26,18 @@ use crate::bench::variants::Variants;
 use crate::console::Console;
 use crate::inputs::{Inputs, Setup};
 use crate::memory;
-use crate::value::prefixed;
+use crate::value::{self, prefixed};
 
 #[derive(Debug, Args)]
 #[command(after_help = "\
 The line integral and the intensity of all views are projected, with the volume resident and without writing files. The
 read pass sums the voxels' bytes on all threads: no projector that reads every voxel once can be faster. One run of
 every stage comes first and is not counted. On a GPU the kernel's time is by the GPU's clock, of at least 50 runs; copies
-of a buffer of the volume's size, made between them, take the read pass's place.")]
+of a buffer of the volume's size, made between them, take the read pass's place.
+
+Files in DIR: scaling.json, scaling.svg and scaling.png (four charts: time against threads, pixels and voxels
+per side, and views, with what would be in proportion to the work). It projects a thorax of its own: of the other options
+those of physics and method, --repeat, --output and --json count.")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     inputs: Inputs,
@@ -44,6 +50,23 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "256", help_heading = "Volume")]
     #[arg(value_parser = clap::value_parser!(u32).range(2..=1024))]
     parallel: Option<u32>,
+    /// Time how the projection grows instead, with threads, pixels and voxels per side, and views: up to 8 to 1024 voxels, 8
+    /// to 4096 pixels, 1 to 1024 views (720,1440,32 without numbers)
+    ///
+    /// A quarter of the sides, and one view, are held while something else grows.
+    #[arg(long, value_name = "VOXELS,PIXELS,VIEWS", num_args = 0..=1, default_missing_value = "720,1440,32")]
+    #[arg(value_parser = value::growth, conflicts_with = "parallel", help_heading = "Volume")]
+    scaling: Option<[usize; 3]>,
+    /// Folder for the files of --scaling; it is made where it is missing
+    #[arg(
+        long,
+        short,
+        value_name = "DIR",
+        default_value = "drr-scaling",
+        requires = "scaling",
+        help_heading = "Output"
+    )]
+    output: PathBuf,
     /// Print one JSON object: median_seconds and times (s, the projection of all views), peak_bytes, stages, gpu, ...
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -56,6 +79,9 @@ pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
     let runs = arguments.repeat;
     if let Some(n) = arguments.parallel {
         return parallel::run(&setup.context, (n as usize, runs), arguments.json, console);
+    }
+    if let Some(most) = arguments.scaling {
+        return scaling::run(&setup, most, (runs, &arguments.output), arguments.json, console);
     }
     let (volume, load, classify) = load(&setup, runs, console)?;
     let views = setup.views(&volume)?;

@@ -9,7 +9,7 @@ use plotters::element::{Rectangle, Text};
 use plotters::style::{Color, RGBColor};
 
 use super::axis::Axis;
-use super::drawing::{Area, SIZE, Surface, TEXT, TITLE, text_style};
+use super::drawing::{Area, Surface, TEXT, TITLE, text_style};
 use super::glyphs::text_size;
 use super::legend::Legend;
 use super::marker::{ARROW, INK, Marker, PALE_INK, arrow};
@@ -34,7 +34,7 @@ pub(super) struct Axes<'a> {
     pub(super) note: String,
 }
 
-/// Where values lie in the picture.
+/// Where values lie in the area that is drawn on.
 #[derive(Debug, Clone)]
 pub(super) struct Frame {
     x: Axis,
@@ -46,21 +46,23 @@ pub(super) struct Frame {
 impl Axes<'_> {
     /// Draws everything but what is in the plot.
     pub(super) fn draw<B: Surface>(&self, area: &Area<B>) -> Result<Frame> {
-        let width = SIZE.0 as i32 - 2 * MARGIN;
+        let (width, height) = area.dim_in_pixel();
+        let width = width as i32 - 2 * MARGIN;
         let mut y = MARGIN - 4;
         y = paragraph(area, self.title, y, TITLE, INK)?;
         y = paragraph(area, self.subtitle, y, TEXT, PALE_INK)? + 4;
         self.legend.draw(area, [MARGIN, y], width)?;
         y += self.legend.height(width) + 10;
         let note = wrapped(&self.note, width, TEXT, false).len() as i32 * TEXT as i32;
-        let bottom = SIZE.1 as i32 - note - if note > 0 { 12 } else { 8 };
+        let bottom = height as i32 - note - if note > 0 { 12 } else { 8 };
         paragraph(area, &self.note, bottom + 4, TEXT, PALE_INK)?;
         self.mesh(area, y..bottom)
     }
 
     fn mesh<B: Surface>(&self, area: &Area<B>, rows: Range<i32>) -> Result<Frame> {
         let mut builder = ChartBuilder::on(area);
-        builder.margin_top(rows.start).margin_bottom(SIZE.1 as i32 - rows.end).margin_right(RIGHT);
+        let height = area.dim_in_pixel().1 as i32;
+        builder.margin_top(rows.start).margin_bottom(height - rows.end).margin_right(RIGHT);
         builder.margin_left(MARGIN / 2).x_label_area_size(UNDER).y_label_area_size(LEFT);
         let mut chart = builder.build_cartesian_2d(self.x.0, self.y.0)?;
         let style = || text_style(TEXT, false, INK);
@@ -70,6 +72,9 @@ impl Axes<'_> {
         mesh.label_style(style()).axis_desc_style(style()).x_desc(self.x.1).y_desc(self.y.1);
         mesh.draw()?;
         let (columns, rows) = chart.plotting_area().get_pixel_range();
+        // Of the whole picture, where the area may be a part of it.
+        let (left, top) = area.get_base_pixel();
+        let (columns, rows) = (columns.start - left..columns.end - left, rows.start - top..rows.end - top);
         let frame = Frame { x: self.x.0, y: self.y.0, columns, rows };
         let corners = [(frame.columns.start, frame.rows.start), (frame.columns.end, frame.rows.end)];
         area.draw(&Rectangle::new(corners, PALE_INK.stroke_width(1)))?;
@@ -124,7 +129,7 @@ pub(super) fn paragraph<B: Surface>(
 ) -> Result<i32> {
     let bold = height == TITLE;
     let mut row = top;
-    for line in wrapped(text, SIZE.0 as i32 - 2 * MARGIN, height, bold) {
+    for line in wrapped(text, area.dim_in_pixel().0 as i32 - 2 * MARGIN, height, bold) {
         area.draw(&Text::new(line, (MARGIN, row), text_style(height, bold, colour)))?;
         row += height as i32 + if bold { 4 } else { 1 };
     }

@@ -7,7 +7,7 @@ use plotters::style::{Color, RGBColor};
 
 use super::drawing::{Area, Surface, TEXT, text_style};
 use super::glyphs::text_size;
-use super::marker::{INK, Marker, RADIUS, line, ring};
+use super::marker::{INK, Marker, RADIUS, dashes, line, ring};
 
 /// Height of a row, width of a symbol and space after a text, pixels.
 pub(super) const ROW: i32 = 20;
@@ -19,6 +19,7 @@ pub(super) enum Symbol {
     Mark(Marker),
     Line(RGBColor),
     MarkedLine(Marker),
+    Dashes(RGBColor),
     Ring,
     /// A cross of error bars.
     Bars,
@@ -74,6 +75,7 @@ impl Symbol {
                 line(area, &level, marker.colour.stroke_width(2))?;
                 marker.draw(area, (x, y))
             }
+            Self::Dashes(colour) => dashes(area, level, colour.stroke_width(2)),
             Self::Ring => ring(area, (x, y)),
             Self::Spread => line(area, &level, INK.stroke_width(1)),
             Self::Bars => {

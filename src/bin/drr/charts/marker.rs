@@ -12,6 +12,9 @@ pub(super) const RADIUS: i32 = 6;
 /// From a mark's middle to the tip of its arrow, pixels.
 pub(super) const ARROW: i32 = RADIUS + 14;
 
+/// Length of a dash, and of the gap after it, pixels.
+const DASH: f64 = 7.0;
+
 /// Colours that the colour-blind can tell apart, too (Okabe and Ito).
 pub(super) const BLUE: RGBColor = RGBColor(0, 114, 178);
 pub(super) const VERMILION: RGBColor = RGBColor(213, 94, 0);
@@ -91,4 +94,20 @@ pub(super) fn line<B: Surface>(area: &Area<B>, spots: &[(i32, i32)], style: Shap
         area.draw(&PathElement::new(path, style))?;
     }
     Ok(())
+}
+
+/// A dashed line.
+pub(super) fn dashes<B: Surface>(
+    area: &Area<B>,
+    [from, to]: [(i32, i32); 2],
+    style: ShapeStyle,
+) -> Result<()> {
+    let along = [f64::from(to.0 - from.0), f64::from(to.1 - from.1)];
+    // One dash more than there are gaps.
+    let parts = 2 * (along[0].hypot(along[1]) / (2.0 * DASH)) as u32 + 1;
+    let spot = |part: u32| {
+        let [dx, dy] = along.map(|length| (length * f64::from(part) / f64::from(parts)).round() as i32);
+        (from.0 + dx, from.1 + dy)
+    };
+    (0..parts).step_by(2).try_for_each(|part| line(area, &[spot(part), spot(part + 1)], style))
 }

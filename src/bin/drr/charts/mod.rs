@@ -1,4 +1,4 @@
-//! Charts: error against time, curves, bars, contact sheets, and the colour bar of error maps.
+//! Charts: error against time, curves, bars, growth of times, contact sheets, and the colour bar of error maps.
 
 mod axes;
 mod axis;
@@ -14,6 +14,7 @@ mod curves;
 mod decades;
 mod drawing;
 mod glyphs;
+mod growth;
 mod labels;
 mod legend;
 mod marker;
@@ -29,6 +30,7 @@ pub(crate) use colour_range::colour_range;
 pub(crate) use contact_sheet::{ContactSheet, Panel};
 pub(crate) use curves::{Curves, Scale, Series};
 pub(crate) use drawing::Drawing;
+pub(crate) use growth::{Growth, GrowthSheet};
 pub(crate) use nearest::nearest;
 
 #[cfg(test)]

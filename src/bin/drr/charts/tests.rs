@@ -15,7 +15,8 @@ use super::chart::{Chart, FRONT, Group, Point};
 use super::curves::{Curves, Scale, Series};
 use super::drawing::{Drawing, SIZE, TEXT, TITLE};
 use super::glyphs::text_size;
-use super::marker::{BLUE, INK, VERMILION};
+use super::growth::{Growth, GrowthSheet};
+use super::marker::{BLUE, INK, PALE_INK, VERMILION};
 
 fn point(name: &str, group: Group, seconds: f64, error_hu: f64) -> Point {
     Point {
@@ -294,6 +295,32 @@ fn curves_go_through_their_points() {
     }
 }
 
+/// Four times the same panel, of work that is the count's square.
+fn sheet(points: Vec<(f64, [f64; 3])>) -> GrowthSheet {
+    let panel = Growth { held: "2 held".into(), x_label: "counts".into(), points, power: 2.0 };
+    let panels = std::array::from_fn(|_| panel.clone());
+    GrowthSheet { title: "title".into(), subtitle: "subtitle".into(), panels }
+}
+
+#[test]
+fn growth_is_drawn_in_four_panels_beside_what_is_proportional() {
+    let sheet =
+        sheet(vec![(1.0, [0.01, 0.02, 0.03]), (10.0, [0.9, 1.0, 1.2]), (100.0, [90.0, 100.0, 101.0])]);
+    assert!((sheet.panels[0].ideal(1.0) - 0.01).abs() < 1e-15);
+    let picture = sheet.picture().unwrap();
+    for (columns, rows) in [(0..450, 90..345), (450..900, 90..345), (0..450, 345..600), (450..900, 345..600)]
+    {
+        for colour in [rgb(BLUE), rgb(PALE_INK)] {
+            let drawn = columns.clone().any(|x| rows.clone().any(|y| picture.pixel(x, y) == colour));
+            assert!(drawn, "{colour:?} in {columns:?}, {rows:?}");
+        }
+    }
+    let texts = texts(&sheet.svg().unwrap());
+    for text in ["2 held", "counts", "time", "10 ms", "100 s"] {
+        assert_eq!(texts.iter().filter(|t| *t == text).count(), 4, "{text} in {texts:?}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
@@ -312,7 +339,8 @@ proptest! {
         let series = vec![Series { name: "series".into(), points: pairs }];
         let [decades, counts] = [Scale::Decades, Scale::Counts]
             .map(|x_scale| Curves { series: series.clone(), x_scale, ..curves() }.svg().unwrap());
-        for svg in [chart.svg().unwrap(), decades, counts] {
+        let growth = sheet(numbers.iter().map(|[count, a, b, c, ..]| (*count, [*a, *b, *c])).collect());
+        for svg in [chart.svg().unwrap(), decades, counts, growth.svg().unwrap()] {
             let document = Document::parse(&svg).unwrap();
             for attribute in document.descendants().flat_map(|node| node.attributes()) {
                 prop_assert!(!attribute.value().contains("NaN") && !attribute.value().contains("inf"));
