@@ -7,6 +7,7 @@
 #include "pose_gradient_rows.h"
 #include "projection_rows.h"
 #include "ray_transform_rows.h"
+#include "raycast_rows.h"
 #include "scene_rows.h"
 #include "table_rows.h"
 #include "view_rows.h"
@@ -26,7 +27,7 @@ static int infallible(void) {
 
 int main(void) {
     if (infallible() || create_live_handles() || create_live_parallel()) return 1;
-    if (create_live_transforms() || create_live_pose_gradients()) return 1;
+    if (create_live_transforms() || create_live_pose_gradients() || create_live_raycast()) return 1;
     const float *line_integrals = given.to.images[1];
     float first[IMAGES];
     good(&given);
@@ -45,13 +46,13 @@ int main(void) {
     if (RUN(exposure_rows) || RUN(parallel_rows) || RUN(ray_transform_rows) || RUN(pose_gradient_rows)) return 1;
     if (RUN_FOR(&pose_gradient_plan, scene_field_rows) || RUN_FOR(&pose_gradient_plan_f64, scene_field_rows)) return 1;
     if (RUN_FOR(&pose_gradient_plan, effect_field_rows) || RUN_FOR(&pose_gradient_plan_f64, effect_field_rows)) return 1;
-    if (RUN(geometry_rows) || RUN(projection_rows) || RUN(table_rows)) return 1;
+    if (RUN(raycast_rows) || RUN(geometry_rows) || RUN(projection_rows) || RUN(table_rows)) return 1;
 
     good(&given);
     OK(call_project_poses(&given));
     CHECK(memcmp(first, line_integrals, sizeof first) == 0);
     CHECK(strstr(drr_last_error_message(), "factors") != NULL); /* success leaves the last message alone */
-    if (destroy_live_pose_gradients() || destroy_live_transforms() || destroy_live_parallel()) return 1;
+    if (destroy_live_raycast() || destroy_live_pose_gradients() || destroy_live_transforms() || destroy_live_parallel()) return 1;
     if (destroy_live_handles()) return 1;
     printf("PASS\n");
     return 0;

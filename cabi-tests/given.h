@@ -9,7 +9,7 @@
 
 enum { NX = 4, NY = 3, NZ = 2, VOXELS = NX * NY * NZ };
 enum { WIDTH = 3, HEIGHT = 2, PIXELS = WIDTH * HEIGHT, VIEWS = 2, IMAGES = VIEWS * PIXELS };
-enum { MATERIALS = 4, ENERGIES = 136 };
+enum { MATERIALS = 4, ENERGIES = 136, RAYS = 2 };
 
 /* What the arguments point to. Rows that are not about a table leave its pointer NULL. */
 typedef struct Pointees {
@@ -43,6 +43,12 @@ typedef struct Pointees {
     double field_f64[VOXELS], measured_f64[IMAGES], jacobian_f64[6 * PIXELS];
     double parameters[6 * VIEWS], lengths[2 * PIXELS], loss, gradient[6], hessian[36];
     uint8_t mask[PIXELS];
+    DrrCamera camera;
+    DrrWorldRay rays[RAYS];
+    DrrRaySample samples[DRR_CAMERA_RAYS];
+    DrrMatter matter;
+    DrrRaySpan spans[PIXELS];
+    DrrRaycastStatistics statistics;
 } Pointees;
 
 /* One member per parameter name of the header; functions read those that they have. */
@@ -50,10 +56,11 @@ typedef struct Given {
     void *options, *context, *descriptor, *hu, *labels, *texture, *volume, *scene, *projector, *centre, *pose, *uniforms,
         *views, *poses, *outputs, *weights, *coefficients, *factors, *queue, *backend,
         *certificate, *exposure, *geometry, *parallel, *transform, *pose_gradient, *pivot, *parameters, *measured,
-        *mask, *lengths, *loss, *gradient, *hessian, *image, *jacobian, *images;
+        *mask, *lengths, *loss, *gradient, *hessian, *image, *jacobian, *images, *raycast, *camera, *rays, *samples,
+        *matter, *spans, *statistics;
     const char *name;
     double angle_degrees, source_axis_mm, source_detector_mm, pixel_mm, first_energy_kev, energy_step_kev, step_voxels;
-    size_t width, height, energy_count, view_count;
+    size_t width, height, energy_count, view_count, ray_count;
     DrrAlgorithm algorithm;
     DrrPoseSignal signal;
     Pointees to;
@@ -67,6 +74,7 @@ static struct Handles {
     DrrVolume *volume, *adipose;
     DrrProjector *projector, *boneless, *monoenergetic, *unstepped, *vast, *focused;
     DrrExposure *exposure, *boneless_exposure;
+    DrrRaycast *raycast;
     DrrParallel *parallel;
     DrrParallelF64 *parallel_f64;
     DrrRayTransform *transform;

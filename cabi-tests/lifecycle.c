@@ -9,6 +9,7 @@ int main(void) {
     OK(drr_volume_destroy(NULL));
     OK(drr_projector_destroy(NULL));
     OK(drr_exposure_destroy(NULL));
+    OK(drr_raycast_destroy(NULL));
 
     DrrContext *context = NULL;
     OK(drr_context_create(NULL, &context));

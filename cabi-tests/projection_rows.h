@@ -138,37 +138,37 @@ static void mu_lut_at_one_energy(Given *g) {
 #define ENTRY(entry, number)                                                                                         \
     {offsetof(Given, to.views[1].modelViewProjectionMatrix) + sizeof(float) * (entry), sizeof(float), sizeof(float), \
      &(float){number}}
-#define ENTRY_ROW(f, setting, entry, place, kind, number, value, valid)                                              \
-    {f, "views[1].modelViewProjectionMatrix", kind, setting, ENTRY(entry, number), INVALID,                          \
-     "views[1].modelViewProjectionMatrix " place " is " value ";", valid}
-#define SINGULAR_VIEW_ROW(f, kind, setting, change, rows)                                                            \
-    {f, "views[1].modelViewProjectionMatrix", kind, setting, change, INVALID,                                        \
-     "views[1].modelViewProjectionMatrix is singular (ratio ", "independent " rows " rows: |det|"}
-#define SOURCE_ROW(f, axis, kind, number, value, valid)                                                              \
-    {f, "views[1].sourcePosition", kind, NULL, PUT(to.views[1].sourcePosition.axis, float, number), INVALID,         \
-     "views[1].sourcePosition is [" value, valid}
+#define ENTRY_ROW(f, name, setting, entry, place, kind, number, value, valid)                                        \
+    {f, name ".modelViewProjectionMatrix", kind, setting, ENTRY(entry, number), INVALID,                          \
+     name ".modelViewProjectionMatrix " place " is " value ";", valid}
+#define SINGULAR_VIEW_ROW(f, name, kind, setting, change, rows)                                                      \
+    {f, name ".modelViewProjectionMatrix", kind, setting, change, INVALID,                                        \
+     name ".modelViewProjectionMatrix is singular (ratio ", "independent " rows " rows: |det|"}
+#define SOURCE_ROW(f, name, axis, kind, number, value, valid)                                                        \
+    {f, name ".sourcePosition", kind, NULL, PUT(to.views[1].sourcePosition.axis, float, number), INVALID,         \
+     name ".sourcePosition is [" value, valid}
 #define LUT_ROW(f, field, setting, table, index, kind, number, value, valid)                                         \
     {f, "views[1]." field, kind, setting, PUT(to.table, float, number), INVALID,                                     \
      "views[1]." field index " is " value ";", valid}
 #define LUT_SETTING_ROW(f, field, kind, setting, value, valid)                                                       \
     {f, "views[1]." field, kind, setting, NOTHING, INVALID, "views[1]." field value, valid}
 #define WHERE_RANGE "−1e10 … 1e10 mm"
-#define MATRIX_ROWS(f)                                                                                               \
-    POINTER_ROWS(f, views, views, "16 bytes"),                                                                       \
-    ENTRY_ROW(f, NULL, 0, "column 0, row 0", "NaN", NAN, "NaN", "finite numbers"),                                   \
-    ENTRY_ROW(f, NULL, 6, "column 1, row 2", "+Inf", INFINITY, "inf", "finite numbers"),                             \
-    ENTRY_ROW(f, NULL, 15, "column 3, row 3", "-Inf", -INFINITY, "-inf", "finite numbers"),                          \
-    ENTRY_ROW(f, parallel, 15, "column 3, row 3", "zero", 0.0f, "0", "not 0"),                                       \
-    SINGULAR_VIEW_ROW(f, "zero", matrix_of_zeros, NOTHING, "x and y"),                                               \
-    SINGULAR_VIEW_ROW(f, "singular", equal_rows, NOTHING, "x, y and w"),                                             \
-    SINGULAR_VIEW_ROW(f, "nearly singular", nearly_equal_rows_and_large, NOTHING, "x, y and w"),                     \
-    SINGULAR_VIEW_ROW(f, "singular", parallel, ENTRY(0, 0.0f), "x and y"),                                           \
-    SINGULAR_VIEW_ROW(f, "nearly singular", parallel, ENTRY(1, 1e7f), "x and y"),                                    \
-    SOURCE_ROW(f, x, "NaN", NAN, "NaN", WHERE_RANGE),                                                                \
-    SOURCE_ROW(f, y, "+Inf", INFINITY, "", ", inf, "),                                                               \
-    SOURCE_ROW(f, z, "-Inf", -INFINITY, "", ", -inf]; valid: " WHERE_RANGE),                                         \
-    SOURCE_ROW(f, x, "huge", 2e10f, "2e10, ", WHERE_RANGE),                                                          \
-    SOURCE_ROW(f, x, "inconsistent", 100.0f, "100, ", "the point that modelViewProjectionMatrix sends to (0, 0, *, 0)")
+#define UNIFORMS_ROWS(f, name)                                                                                       \
+    ENTRY_ROW(f, name, NULL, 0, "column 0, row 0", "NaN", NAN, "NaN", "finite numbers"),                             \
+    ENTRY_ROW(f, name, NULL, 6, "column 1, row 2", "+Inf", INFINITY, "inf", "finite numbers"),                       \
+    ENTRY_ROW(f, name, NULL, 15, "column 3, row 3", "-Inf", -INFINITY, "-inf", "finite numbers"),                    \
+    ENTRY_ROW(f, name, parallel, 15, "column 3, row 3", "zero", 0.0f, "0", "not 0"),                                 \
+    SINGULAR_VIEW_ROW(f, name, "zero", matrix_of_zeros, NOTHING, "x and y"),                                         \
+    SINGULAR_VIEW_ROW(f, name, "singular", equal_rows, NOTHING, "x, y and w"),                                       \
+    SINGULAR_VIEW_ROW(f, name, "nearly singular", nearly_equal_rows_and_large, NOTHING, "x, y and w"),               \
+    SINGULAR_VIEW_ROW(f, name, "singular", parallel, ENTRY(0, 0.0f), "x and y"),                                     \
+    SINGULAR_VIEW_ROW(f, name, "nearly singular", parallel, ENTRY(1, 1e7f), "x and y"),                              \
+    SOURCE_ROW(f, name, x, "NaN", NAN, "NaN", WHERE_RANGE),                                                          \
+    SOURCE_ROW(f, name, y, "+Inf", INFINITY, "", ", inf, "),                                                         \
+    SOURCE_ROW(f, name, z, "-Inf", -INFINITY, "", ", -inf]; valid: " WHERE_RANGE),                                   \
+    SOURCE_ROW(f, name, x, "huge", 2e10f, "2e10, ", WHERE_RANGE),                                                    \
+    SOURCE_ROW(f, name, x, "inconsistent", 100.0f, "100, ", "the point that modelViewProjectionMatrix sends to (0, 0, *, 0)")
+#define MATRIX_ROWS(f) POINTER_ROWS(f, views, views, "16 bytes"), UNIFORMS_ROWS(f, "views[1]")
 #define LUT_ROWS(f)                                                                                                  \
     LUT_SETTING_ROW(f, "spectrumLutAddress", "misaligned", spectrum_lut_askew, " is 0x", "aligned to 4 bytes"),      \
     LUT_ROW(f, "spectrumLutAddress", spectrum_lut, spectrum[7], "[7]", "negative", -1.0f, "-1", WEIGHT_RANGE),       \

@@ -1287,6 +1287,185 @@ DrrStatus drr_pose_gradient_jacobian_f64(const struct DrrPoseGradientF64 *pose_g
                                          double *image,
                                          double *jacobian);
 
+/// Most rays of a list.
+#define DRR_MAX_RAYS 16777216
+
+/// Rays of a camera: through the picture's centre, and its corners top left, top right, bottom left, bottom right.
+#define DRR_CAMERA_RAYS 5
+
+/// What rays meet in a volume: the spans of one view at a time, and the samples of one list of rays. Asked for the same again
+/// it copies what it has; when anything has changed, it computes anew; when a call fails, it is left empty. Keeps its volume
+/// and its context alive. Calls that change it: one at a time.
+typedef struct DrrRaycast DrrRaycast;
+
+/// A pinhole camera in the world. Fill it with drr_camera_init, then set where it is and where it looks.
+typedef struct DrrCamera {
+    /// Set by drr_camera_init.
+    size_t struct_size;
+    /// Where it is, mm, up to 1e10. Default 0.
+    double position[3];
+    /// Where it looks, such as target - position: of any length but 0, numbers up to 1e10. Default 0, 0, -1.
+    double forward[3];
+    /// What is up in its picture: as `forward`, and not along it: the sine of the angle between them is at least 1e-6. Default
+    /// 0, 1, 0.
+    double up[3];
+    /// From the picture's lower edge to its upper one, degrees, above 0 and below 180. Default 60.
+    double vertical_field_of_view_degrees;
+    /// The picture's width over its height, 1e-6 to 1e6. Default 1.
+    double aspect;
+} DrrCamera;
+
+/// Where a ray is inside a volume's box. The struct never grows: arrays of it are passed.
+///
+/// Dataset space is that of the volume's own axes, in mm: the box from 0 to dimensions x spacing, with spacing the distance of
+/// neighbouring voxel centres. The centre of voxel i is at (i + 1/2) x spacing.
+typedef struct DrrRaySample {
+    /// Where the ray starts in dataset space, mm.
+    double origin[3];
+    /// Where it goes in dataset space; its length is 1.
+    double direction[3];
+    /// From the origin to where the ray enters, mm of dataset space; 0 where it starts inside.
+    double entry_mm;
+    /// From the origin to where it leaves, never less than `entry_mm`.
+    double exit_mm;
+    /// `entry_mm` in world mm: another number only where the volume's axes are not at right angles.
+    double world_entry_mm;
+    /// `exit_mm` in world mm.
+    double world_exit_mm;
+    /// Whether the ray meets the box. Where it does not, all other fields are 0.
+    bool hit;
+} DrrRaySample;
+
+/// A half-line in the world. The struct never grows: arrays of it are passed.
+typedef struct DrrWorldRay {
+    /// Where it starts, mm, up to 1e10.
+    double origin[3];
+    /// Where it goes: of any length but 0, numbers up to 1e10.
+    double direction[3];
+} DrrWorldRay;
+
+/// Makes an empty cache for `volume`. On success `*raycast` is a new handle, to be given to drr_raycast_destroy; on failure
+/// `*raycast` is left as it is. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
+DrrStatus drr_raycast_create(const DrrVolume *volume,
+                             struct DrrRaycast **raycast);
+
+/// Gives a cache up. NULL is nothing. As drr_context_destroy.
+DrrStatus drr_raycast_destroy(struct DrrRaycast *raycast);
+
+/// Goes on with another volume: what the cache holds is forgotten, unless it is the same handle's. Its work is still done on
+/// the threads of the context of the volume that it was made for. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread, one call
+/// with a cache at a time.
+DrrStatus drr_raycast_set_volume(struct DrrRaycast *raycast,
+                                 const DrrVolume *volume);
+
+/// Fills `*camera` with the defaults and its size. Fails for NULL. Any thread.
+DrrStatus drr_camera_init(struct DrrCamera *camera);
+
+/// Where the rays of a camera are inside the volume's box: samples[0] of the picture's centre, samples[1] to samples[4] of its
+/// corners top left, top right, bottom left, bottom right.
+///
+/// A ray enters where it has come within all of the box's three slabs, but not before it starts, and leaves where it leaves the
+/// first of them; along an axis on which its direction is 0 it is inside or outside by comparison. The box is closed: a touch
+/// is a hit of length 0. `camera` is only read during the call; `samples` is a place for DRR_CAMERA_RAYS, written on success
+/// only; on failure the cache is empty. Fails with DRR_STATUS_INVALID_ARGUMENT: no other direction stands in for one that is
+/// not valid. Any thread, one call with a cache at a time.
+DrrStatus drr_raycast_cast_camera(struct DrrRaycast *raycast,
+                                  const struct DrrCamera *camera,
+                                  struct DrrRaySample *samples);
+
+/// Where `ray_count` rays, 1 to DRR_MAX_RAYS, are inside the volume's box: samples[i] is of rays[i], also of one that misses.
+///
+/// `rays` are only read during the call; `samples` is a place for `ray_count`. Fails with DRR_STATUS_OUT_OF_MEMORY, too.
+/// Otherwise as drr_raycast_cast_camera.
+DrrStatus drr_raycast_cast(struct DrrRaycast *raycast,
+                           const struct DrrWorldRay *rays,
+                           size_t ray_count,
+                           struct DrrRaySample *samples);
+
+/// Which matter of a volume counts. Fill it with drr_matter_init, which makes all count but vacuum.
+typedef struct DrrMatter {
+    /// Set by drr_matter_init.
+    size_t struct_size;
+    /// Density, g/cm^3, 0 to 1000, up to which matter need not count: where nothing of 8 x 8 x 8 voxels is denser, they are
+    /// passed over. What a ray loses by that is at most the floor times the length of what is skipped. Default 0: only vacuum
+    /// is passed over.
+    double floor;
+    /// Bit m stands for the matter with label m. Default 255: all of it.
+    uint32_t labels;
+    /// Not read.
+    uint32_t _padding;
+} DrrMatter;
+
+/// The part of a pixel's ray outside of which nothing counts, world mm along the ray: from the source on, or, in a parallel
+/// beam, from the ray's point that is nearest to the volume's centre, negative before it. Of a ray that meets nothing, 0 and
+/// 0. The struct never grows: arrays of it are passed.
+typedef struct DrrRaySpan {
+    /// Where it begins.
+    double entry_mm;
+    /// Where it ends.
+    double exit_mm;
+    /// Length inside the volume's box that is not part of it.
+    double skipped_mm;
+} DrrRaySpan;
+
+/// What a cache has done, and what it holds of the last view. Fill it with drr_raycast_statistics_init, hand it to
+/// drr_raycast_statistics.
+typedef struct DrrRaycastStatistics {
+    /// Set by drr_raycast_statistics_init.
+    size_t struct_size;
+    /// How often spans of a view have been computed.
+    uint64_t views_computed;
+    /// How often samples of rays have been computed.
+    uint64_t lists_computed;
+    /// Rays of the view; 0 when the cache holds none.
+    size_t rays;
+    /// Those that meet anything.
+    size_t hits;
+    /// Length of all spans, mm.
+    double span_mm;
+    /// Length that is skipped of all rays, mm.
+    double skipped_mm;
+    /// What a ray loses at most when only its span is looked at, g/cm^2: the floor times what is skipped.
+    double largest_loss;
+} DrrRaycastStatistics;
+
+/// Fills `*matter` with the defaults and its size. Fails for NULL. Any thread.
+DrrStatus drr_matter_init(struct DrrMatter *matter);
+
+/// Where the rays of a view that is given by a projection matrix meet matter that counts, for a detector of `width` x `height`
+/// pixels, each 1 to 32768: that of pixel (i, j), i = column, is spans[j x width + i].
+///
+/// A span is never too short: every voxel that counts and that any of the algorithms could read lies within; its ends are up to
+/// 3 voxels from a block of 8 x 8 x 8 voxels with matter that counts. When nothing has changed since the last view, the
+/// spans are copied. The uniforms' tables and enableEarlyExit are not read.
+///
+/// `uniforms` and `matter` are only read during the call; `spans` is written on success only; on failure the cache is empty.
+/// Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, or DRR_STATUS_UNSUPPORTED for a volume in a texture. Any
+/// thread, one call with a cache at a time. The same call gives the same bytes for any number of threads.
+DrrStatus drr_raycast_update(DrrRaycast *raycast,
+                             const ProjectionUniforms *uniforms,
+                             size_t width,
+                             size_t height,
+                             const struct DrrMatter *matter,
+                             struct DrrRaySpan *spans);
+
+/// As drr_raycast_update, of a view that is given by source and detector in float64. Rays end at their pixels: what lies behind
+/// is neither in a span nor skipped.
+DrrStatus drr_raycast_update_pose(DrrRaycast *raycast,
+                                  const DrrDetectorPose *pose,
+                                  size_t width,
+                                  size_t height,
+                                  const struct DrrMatter *matter,
+                                  struct DrrRaySpan *spans);
+
+/// Fills `*statistics` with its size and zeros. Fails for NULL. Any thread.
+DrrStatus drr_raycast_statistics_init(struct DrrRaycastStatistics *statistics);
+
+/// What a cache has done and holds. Writes `*statistics`, which drr_raycast_statistics_init has filled, on success only. Fails
+/// with DRR_STATUS_INVALID_ARGUMENT. Any thread, one call with a cache at a time.
+DrrStatus drr_raycast_statistics(DrrRaycast *raycast,
+                                 struct DrrRaycastStatistics *statistics);
+
 /// Fills `weights` with `energy_count` relative photons of a built-in X-ray tube, for the energies
 /// first_energy_kev + k x energy_step_kev, whole keV from 15 to 150. Over all 136 energies they sum to 1.
 ///

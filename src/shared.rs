@@ -35,7 +35,7 @@ pub struct DrrFloat3 {
 pub type DrrAddress = u64;
 
 /// A C `bool`. C code can leave any byte there, which a Rust `bool` must not hold: every byte but 0 is true.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[repr(transparent)]
 pub struct DrrBool(pub u8);
 

@@ -49,6 +49,8 @@ pub mod pose_gradient_f64;
 pub mod projector;
 pub mod ray_transform;
 pub mod ray_transform_f64;
+pub mod raycast;
+pub mod raycast_view;
 pub mod reference;
 pub mod scene;
 pub mod status;

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use crate::raycast::{Anchor, Even, Lines, Ray, ray::TRANSVERSE};
+use crate::raycast::tighten::REACH;
+use crate::raycast::{Anchor, Even, Lines, Ray, Span, ray::TRANSVERSE};
 
 /// A pixel, mapped along its rays onto the slices of its ray's driving axis, to first order about that ray: a parallelogram
 /// around the ray's crossing (u, v). In a parallel beam, and where the detector is parallel to the slices, that is the map
@@ -28,6 +29,13 @@ impl Footprint {
             let [a, b] = [0, 1].map(|side| self.base[side][t] + self.slope[side][t] * from_centre);
             a.hypot(b)
         })
+    }
+
+    /// How far beyond the faces of a voxel the pixel of `ray` can cover it within `span`, voxels; see [`REACH`].
+    pub(crate) fn reach(&self, ray: &Ray, span: Span) -> f64 {
+        // Half-widths are convex along the ray, and a slice at the end of the span may have its middle beyond it.
+        let ends = [span.enter - 0.5, span.leave + 0.5].map(|s| self.half_widths(s - ray.centre));
+        ends.as_flattened().iter().fold(0.5, |widest, half| half.max(widest)) + REACH - 0.5
     }
 }
 

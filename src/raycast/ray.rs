@@ -83,6 +83,15 @@ impl Ray {
         point
     }
 
+    /// By how much the index-space point moves per unit of s.
+    pub(crate) fn step(&self) -> DVec3 {
+        let mut step = DVec3::ONE;
+        for (t, transverse) in TRANSVERSE[self.axis].into_iter().enumerate() {
+            step[transverse] = self.slope[t];
+        }
+        step
+    }
+
     /// World distance, mm, from another ray near the centre of a volume on `grid`; infinite where the driving axes differ.
     pub(crate) fn distance(&self, other: &Self, grid: &Grid) -> f64 {
         if self.axis != other.axis {

@@ -1,7 +1,5 @@
 //! HU in, voxels out: slab by slab, so that a reader never holds the volume twice.
 
-use std::sync::OnceLock;
-
 use rayon::prelude::*;
 
 use crate::allocation::{filled, reserved};
@@ -242,7 +240,7 @@ impl VolumeBuilder {
             }
         };
         let classes = (!self.labelled).then(|| self.how.thresholds.materials().to_vec());
-        Ok(Volume { grid: self.grid, voxels, materials, classes, byte_voxels: OnceLock::new() })
+        Ok(Volume::made(self.grid, voxels, materials, classes))
     }
 
     /// Checks the next piece and returns the number of its first voxel.

@@ -37,8 +37,7 @@ impl Volume {
             materials[usize::from(label)].note(Voxel { density: f64::from(density), label });
         }
         let voxels = Voxels::Dense { density, label };
-        let byte_voxels = std::sync::OnceLock::new();
-        Ok(Self { grid, voxels, materials, classes: self.classes.clone(), byte_voxels })
+        Ok(Self::made(grid, voxels, materials, self.classes.clone()))
     }
 
     /// The mean of a block's voxels.

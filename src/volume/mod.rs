@@ -3,7 +3,11 @@
 mod builder;
 mod byte_voxels;
 mod coarser;
+mod code_ranges;
 mod levels;
+mod matter;
+mod occupancy;
+mod occupied;
 mod partition;
 mod seen;
 mod voxels;
@@ -14,6 +18,11 @@ use std::sync::{Arc, OnceLock};
 use builder::Code;
 pub use builder::{Classification, VolumeBuilder};
 pub(crate) use byte_voxels::ByteVoxels;
+pub use matter::Matter;
+pub use occupancy::Occupancy;
+pub(crate) use occupancy::bricks;
+pub(crate) use occupied::Level;
+pub use occupied::Occupied;
 pub use voxels::{Voxel, Voxels};
 
 use crate::allocation::reserved;
@@ -31,6 +40,8 @@ pub struct Volume {
     classes: Option<Vec<String>>,
     /// Made when first asked for, and kept as long as the volume: one byte more per voxel.
     byte_voxels: OnceLock<ByteVoxels>,
+    /// Made when first asked for, too: 0.01 bytes per voxel.
+    occupancy: OnceLock<Occupancy>,
 }
 
 /// What a volume holds of one material.
@@ -89,7 +100,18 @@ impl Volume {
         }
         let classes = Some(how.thresholds.materials().to_vec());
         let voxels = Voxels::Texture { table, texture };
-        Ok(Self { grid, voxels, materials, classes, byte_voxels: OnceLock::new() })
+        Ok(Self::made(grid, voxels, materials, classes))
+    }
+
+    /// Of what is known; the rest is made when it is asked for.
+    fn made(
+        grid: Grid,
+        voxels: Voxels,
+        materials: [MaterialStatistics; MAX_MATERIALS],
+        classes: Option<Vec<String>>,
+    ) -> Self {
+        let (byte_voxels, occupancy) = (OnceLock::new(), OnceLock::new());
+        Self { grid, voxels, materials, classes, byte_voxels, occupancy }
     }
 
     /// Dimensions and place in the world.
@@ -118,6 +140,19 @@ impl Volume {
         Ok(self.byte_voxels.get_or_init(|| made))
     }
 
+    /// Where the volume holds what, brick by brick: made once, on the threads of the first caller, in one pass over the voxels.
+    ///
+    /// # Errors
+    /// `Unsupported` for voxels in a texture; `OutOfMemory`.
+    pub fn occupancy(&self) -> Result<&Occupancy> {
+        if let Some(made) = self.occupancy.get() {
+            return Ok(made);
+        }
+        // Not while others wait, as above.
+        let made = Occupancy::new(self.grid.dimensions(), &self.voxels)?;
+        Ok(self.occupancy.get_or_init(|| made))
+    }
+
     /// What the volume holds of each material, by label.
     pub fn materials(&self) -> &[MaterialStatistics; MAX_MATERIALS] {
         &self.materials
@@ -134,8 +169,11 @@ impl Volume {
         how.hu(code)
     }
 
-    /// Bytes held for the voxels, with those of [`Storage::Byte`](crate::Storage) once a projector has asked for it.
+    /// Bytes held for the voxels, with those of [`Storage::Byte`](crate::Storage) and of [`Volume::occupancy`] once they have
+    /// been asked for.
     pub fn bytes(&self) -> usize {
-        self.voxels.bytes() + self.byte_voxels.get().map_or(0, |bytes| bytes.levels.len())
+        self.voxels.bytes()
+            + self.byte_voxels.get().map_or(0, |bytes| bytes.levels.len())
+            + self.occupancy.get().map_or(0, Occupancy::bytes)
     }
 }

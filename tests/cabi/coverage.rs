@@ -18,6 +18,7 @@ const NULLABLE: &[[&str; 2]] = &[
     ["drr_context_destroy", "context"],
     ["drr_volume_destroy", "volume"],
     ["drr_projector_destroy", "projector"],
+    ["drr_raycast_destroy", "raycast"],
     ["drr_exposure_develop", "scene"],
     ["drr_exposure_destroy", "exposure"],
     ["drr_parallel_destroy", "parallel"],
@@ -38,11 +39,12 @@ const ANYTHING_GOES: [&str; 6] =
 /// What ends the name of a function that is another's twin in float64.
 const TWIN: &str = "_f64";
 /// Types of handles.
-const HANDLES: [&str; 10] = [
+const HANDLES: [&str; 11] = [
     "Context",
     "Volume",
     "Projector",
     "Exposure",
+    "Raycast",
     "Parallel",
     "ParallelF64",
     "RayTransform",
@@ -50,8 +52,9 @@ const HANDLES: [&str; 10] = [
     "PoseGradient",
     "PoseGradientF64",
 ];
-/// Functions that look at no tables of a view: the rows run on an engine without queues, and exposures refuse any.
-const WITHOUT_TABLES: [&str; 2] = ["drr_projector_encode", "drr_exposure_create"];
+/// Functions that look at no tables of a view: the rows run on an engine without queues, exposures refuse any, and where a ray
+/// meets anything is no matter of energies.
+const WITHOUT_TABLES: [&str; 3] = ["drr_projector_encode", "drr_exposure_create", "drr_raycast_update"];
 
 /// A parameter or a field.
 struct Declared {

@@ -22,7 +22,7 @@ use thread_sanitizer::ThreadSanitizer;
 use toolchain::{Compiler, Library, launch, run};
 
 /// Programs of `cabi-tests/`.
-const PROGRAMS: [&str; 20] = [
+const PROGRAMS: [&str; 21] = [
     "layout",
     "minimal",
     "errors",
@@ -40,6 +40,7 @@ const PROGRAMS: [&str; 20] = [
     "align",
     "register",
     "reconstruct",
+    "raycast",
     "gpu",
     "cuda_stream",
     "pipeline",

@@ -40,7 +40,8 @@ pub(super) trait Kernel: Sync {
         sum.plus_all(cells.map(|cell| self.whole::<false, L, F>(field, path, cell)))
     }
 
-    /// Adds the integral over some of the path's inner cells.
+    /// Adds the integral over some of the path's inner cells, as far as they are walked: of the same eights as if all were,
+    /// because those may be summed on their own.
     #[inline(always)]
     fn inner<L: Lanes, F: Field<L>, S: Sum<L>>(
         &self,
@@ -49,20 +50,23 @@ pub(super) trait Kernel: Sync {
         cells: std::ops::Range<u32>,
         mut sum: S,
     ) -> S {
-        let mut first = cells.start;
-        while first + WIDTH as u32 <= cells.end {
+        let [from, to] = path.walked;
+        let mut first = cells.start + from.saturating_sub(cells.start) / WIDTH as u32 * WIDTH as u32;
+        let last_run = cells.end.min(to + WIDTH as u32 - 1);
+        while first + WIDTH as u32 <= last_run {
             sum = self.run(field, path, first, sum);
             first += WIDTH as u32;
         }
-        (first..cells.end).fold(sum, |sum, cell| sum.plus(self.whole::<false, L, F>(field, path, cell)))
+        (first.max(from)..cells.end.min(to))
+            .fold(sum, |sum, cell| sum.plus(self.whole::<false, L, F>(field, path, cell)))
     }
 
-    /// Number of blocks that hold the path's cells, and the first of them.
+    /// The blocks that hold the path's cells, as far as they are walked.
     fn blocks(path: &Path) -> std::ops::RangeInclusive<u32> {
-        path.cells[0] / BLOCK..=path.cells[1] / BLOCK
+        path.walked[0] / BLOCK..=(path.walked[1] - 1) / BLOCK
     }
 
-    /// Adds the integral over the cells of one block.
+    /// Adds the integral over the cells of one block, as far as they are walked.
     #[inline(always)]
     fn block<L: Lanes, F: Field<L>, S: Sum<L>>(&self, field: &F, path: &Path, block: u32, mut sum: S) -> S {
         let [first, last] = path.cells;
@@ -71,8 +75,11 @@ pub(super) trait Kernel: Sync {
         if begin >= end {
             return sum;
         }
+        let [from, to] = path.walked;
         if begin == first {
-            sum = sum.plus(self.end(field, path, first, path.enter, path.lengths[0]));
+            if from == first {
+                sum = sum.plus(self.end(field, path, first, path.enter, path.lengths[0]));
+            }
             begin += 1;
         }
         let leaves_here = end == last + 1 && last > first;
@@ -80,14 +87,14 @@ pub(super) trait Kernel: Sync {
             end = last;
         }
         let inner = path.inner.map(|cell| cell.clamp(begin, end.max(begin)));
-        for cell in begin..inner[0] {
+        for cell in begin.max(from)..inner[0].min(to) {
             sum = sum.plus(self.outer(field, path, cell));
         }
         sum = self.inner(field, path, inner[0]..inner[1], sum);
-        for cell in inner[1]..end {
+        for cell in inner[1].max(from)..end.min(to) {
             sum = sum.plus(self.outer(field, path, cell));
         }
-        if leaves_here {
+        if leaves_here && to > last {
             sum = sum.plus(self.end(field, path, last, 0.0, path.lengths[1]));
         }
         sum

@@ -9,6 +9,8 @@ mod lanes;
 mod path;
 pub(crate) mod signal;
 mod sum;
+#[cfg(test)]
+mod tests;
 mod tile;
 mod width;
 mod window;
@@ -25,9 +27,10 @@ use crate::error::Result;
 use crate::method::{Accumulation, Algorithm};
 use crate::physics::MAX_MATERIALS;
 use crate::plan::Plan;
+use crate::raycast::tighten::REACH;
 use crate::raycast::{Beam, Footprint, Ray};
 use crate::scene::Scene;
-use crate::volume::Volume;
+use crate::volume::{Matter, Occupied, Volume};
 use distance_driven::DistanceDriven;
 use field::Table;
 use indicator::Indicator;
@@ -56,6 +59,8 @@ pub struct Cpu {
     accumulators: Accumulators,
     /// Label of each accumulator.
     labels: Vec<u8>,
+    /// Where any of that is; `None` where every brick of the volume holds some.
+    occupied: Option<Occupied>,
     bone: Option<Indicator>,
     signal: Signal,
 }
@@ -84,6 +89,8 @@ impl Cpu {
             2..=4 => Accumulators::Four(Table::densities(&volume, storage, &lane_of)?),
             _ => Accumulators::Eight(Table::densities(&volume, storage, &lane_of)?),
         };
+        let seen = Matter::new(labels.iter().fold(0, |seen, label| seen | 1 << label), 0.0)?;
+        let occupied = volume.occupancy()?.of(seen)?;
         let bone = scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled);
         Ok(Self {
             algorithm: plan.method.algorithm,
@@ -95,6 +102,7 @@ impl Cpu {
             signal: Signal::new(Arc::new(scene.spectral_model()?), plan.quadrature.as_ref()),
             accumulators,
             labels,
+            occupied: (!occupied.is_full()).then_some(occupied),
             volume,
         })
     }
@@ -208,13 +216,16 @@ impl Cpu {
         (rays, footprints): Pixels<'_>,
         opaque: &dyn Fn(&[f64; MAX_MATERIALS]) -> bool,
     ) -> Vec<[f64; MAX_MATERIALS]> {
-        let tile = |step| Tile::new(rays, &self.volume, step);
+        let occupied = self.occupied.as_ref();
+        let tile = |step| Tile::new(rays, &self.volume, step, occupied, |_, _| REACH);
         match self.algorithm {
             Algorithm::March { step } => tile(step).integrate::<S, L>(&March, table, opaque),
             Algorithm::Siddon => tile(1.0).integrate::<S, L>(&Siddon, table, opaque),
             Algorithm::Joseph => tile(1.0).integrate::<S, L>(&Joseph, table, opaque),
             Algorithm::DistanceDriven => {
-                tile(1.0).of_pixels(footprints, rays).integrate::<S, L>(&DistanceDriven, table, opaque)
+                let reach = |k: usize, span| footprints[k].reach(&rays[k], span);
+                let tile = Tile::new(rays, &self.volume, 1.0, occupied, reach);
+                tile.of_pixels(footprints, rays).integrate::<S, L>(&DistanceDriven, table, opaque)
             }
             Algorithm::Exact => unreachable!("the plan refuses it"),
         }
@@ -225,7 +236,8 @@ impl Cpu {
         let Some(indicator) = &self.bone else {
             return Vec::new();
         };
-        let tile = Tile::new(rays, &self.volume, 1.0);
+        // Voxels are bone by their label, whatever their density.
+        let tile = Tile::new(rays, &self.volume, 1.0, None, |_, _| REACH);
         let cm = tile.integrate::<Blocked<f32>, f32>(&Siddon, indicator, &|_| false);
         cm.iter().map(|lanes| 10.0 * lanes[0]).collect()
     }

@@ -27,6 +27,8 @@ pub(super) struct Path {
     pub across: [Limits; 2],
     /// First and last cell that the ray touches.
     pub cells: [u32; 2],
+    /// The cells that are walked, first to one past the last; the others hold nothing.
+    pub walked: [u32; 2],
     /// The cells, first to one past the last, in which no coordinate can need a limit: the ray is more than `MARGIN`
     /// inside the outermost voxel centres.
     pub inner: [u32; 2],
@@ -153,6 +155,7 @@ impl Path {
             slices: Limits::new(dimensions[ray.axis], slice),
             across: [0, 1].map(|t| Limits::new(dimensions[across[t]], reference[t])),
             cells: [first as u32, last as u32],
+            walked: [first as u32, last as u32 + 1],
             inner: [inner[0] as u32, inner[1].max(inner[0]) as u32],
             enter: (enter - first) as f32,
             lengths: [(leave.min(first + 1.0) - enter) as f32, (leave - last) as f32],
@@ -160,6 +163,15 @@ impl Path {
             cm_per_cell: 0.1 * ray.mm_per_slice * step,
             bin: 4 * ray.axis as u8 + 2 * u8::from(ray.slope[0] < 0.0) + u8::from(ray.slope[1] < 0.0),
         }
+    }
+
+    /// The same path in cells of `step` slices, of which only those that touch `met` are walked, and one more at either end: a
+    /// compensated sum comes to rest at the first sample of 0.
+    pub(super) fn within(self, met: Span, step: f64) -> Self {
+        let [first, past] = self.walked.map(f64::from);
+        let from = ((met.enter + 0.5) / step).floor() - 1.0;
+        let to = ((met.leave + 0.5) / step).ceil() + 1.0;
+        Self { walked: [from.clamp(first, past) as u32, to.clamp(first, past) as u32], ..self }
     }
 
     /// The same path of one slice per cell, of a pixel with this footprint whose ray it is.

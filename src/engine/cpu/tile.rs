@@ -7,8 +7,8 @@ use crate::engine::cpu::lanes::Lanes;
 use crate::engine::cpu::sum::Sum;
 use crate::engine::cpu::window::Window;
 use crate::physics::MAX_MATERIALS;
-use crate::raycast::{Footprint, Ray};
-use crate::volume::Volume;
+use crate::raycast::{Footprint, Ray, Span};
+use crate::volume::{Occupied, Volume};
 
 /// The rays that hit, in order of their bins: all rays of a bin take the same steps.
 pub(super) struct Tile<'a> {
@@ -31,11 +31,20 @@ struct March<'a, K, S> {
 }
 
 impl<'a> Tile<'a> {
-    /// Clips the rays; cells are of `step` slices.
-    pub(super) fn new(rays: &[Ray], volume: &'a Volume, step: f64) -> Self {
+    /// Clips the rays; cells are of `step` slices. Where they meet nothing of `occupied` they are not walked, which changes no
+    /// bit of what does not count there but is 0; `reach` says how far beyond a voxel's faces a ray reads it.
+    pub(super) fn new(
+        rays: &[Ray],
+        volume: &'a Volume,
+        step: f64,
+        occupied: Option<&Occupied>,
+        reach: impl Fn(usize, Span) -> f64,
+    ) -> Self {
         let dimensions = volume.grid().dimensions();
         let path = |(k, ray): (usize, &Ray)| {
-            ray.clip(dimensions).map(|span| (k, Path::new(ray, span, dimensions, step)))
+            let span = ray.clip(dimensions)?;
+            let met = occupied.map_or(Some(span), |occupied| occupied.tighten(ray, span, reach(k, span)))?;
+            Some((k, Path::new(ray, span, dimensions, step).within(met, step)))
         };
         let mut paths: Vec<_> = rays.iter().enumerate().filter_map(path).collect();
         paths.sort_by_key(|(k, path)| (path.bin, *k));

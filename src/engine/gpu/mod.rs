@@ -4,7 +4,6 @@
 mod beam;
 mod definitions;
 mod few;
-mod occupancy;
 pub(crate) mod parallel;
 mod prepared;
 mod programs;

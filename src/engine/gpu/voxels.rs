@@ -6,11 +6,10 @@ mod tests;
 use rayon::prelude::*;
 
 use crate::allocation::filled;
-use crate::engine::gpu::occupancy::{bricks, occupancy};
 use crate::engine::gpu::wire::StandIn;
 use crate::error::{Error, Result};
 use crate::physics::MAX_MATERIALS;
-use crate::volume::{Volume, Voxel, Voxels};
+use crate::volume::{Matter, Volume, Voxel, Voxels, bricks};
 
 /// Voxels around the volume that repeat its outermost ones, so that interpolation needs no limits.
 pub(super) const FRAME: usize = 1;
@@ -163,15 +162,12 @@ impl DeviceVoxels {
         }
     }
 
-    /// Where `volume` holds anything, by brick; see [`occupancy`]. Nothing is said of a texture.
+    /// Where `volume` holds anything but vacuum, by brick; see [`Occupied::dilated`](crate::volume::Occupied). Nothing is said
+    /// of a texture.
     pub(crate) fn occupancy(&self, volume: &Volume) -> Result<Vec<u8>> {
-        match (volume.voxels(), &self.stored) {
-            (Voxels::Coded { codes, .. }, Stored::Coded { code, .. }) => {
-                occupancy(self.dimensions, |index| code[usize::from(codes[index])] >> 3 != 0)
-            }
-            (Voxels::Dense { density, .. }, _) => occupancy(self.dimensions, |index| density[index] > 0.0),
-            (Voxels::Texture { .. }, _) => Ok(Vec::new()),
-            (Voxels::Coded { .. }, Stored::Dense) => unreachable!("made for this volume"),
+        match self.layout {
+            Layout::Coded | Layout::Dense => volume.occupancy()?.of(Matter::ANY)?.dilated(),
+            Layout::Texture => Ok(Vec::new()),
         }
     }
 

@@ -10,6 +10,7 @@ mod images;
 mod input;
 mod memory;
 mod parallel;
+mod raycast;
 mod scene;
 mod small;
 mod views;
@@ -52,6 +53,9 @@ pub(crate) fn check(bytes: &[u8]) -> bool {
     let mut input = Input::new(bytes);
     if let Some(mut end) = input.end(parallel::MARK, parallel::BYTES) {
         return parallel::check(&mut end, CONTEXTS.with(|contexts| contexts[0]));
+    }
+    if let Some(mut end) = input.end(raycast::MARK, raycast::BYTES) {
+        return raycast::check(&mut end, CONTEXTS.with(|contexts| contexts[0]));
     }
     match input.byte() {
         ..224 => return pipeline(&mut input),
