@@ -13,6 +13,7 @@ use drr::phantom::Phantom;
 use drr::physics::{Calibration, Thresholds};
 use drr::volume::{Classification, Volume, VolumeBuilder, Voxels};
 use drr::{Algorithm, Context, Projector, Scene, ViewRequest};
+use glam::DQuat;
 use rayon::prelude::*;
 
 const DIMENSIONS: [usize; 3] = [720, 720, 665];
@@ -29,6 +30,17 @@ fn thorax() -> (Grid, Vec<i16>) {
     };
     phantom.voxelise(&grid, keep).expect("axis-aligned");
     (grid, hu)
+}
+
+/// The same view of a patient who lies askew.
+fn turned(pose: &DetectorPose, grid: &Grid) -> DetectorPose {
+    let turn = DQuat::from_rotation_x(0.12) * DQuat::from_rotation_y(0.17) * DQuat::from_rotation_z(0.5);
+    DetectorPose {
+        source: grid.centre() + turn * (pose.source - grid.centre()),
+        first_pixel: grid.centre() + turn * (pose.first_pixel - grid.centre()),
+        column_step: turn * pose.column_step,
+        row_step: turn * pose.row_step,
+    }
 }
 
 fn target_case(criterion: &mut Criterion) {
@@ -56,14 +68,26 @@ fn target_case(criterion: &mut Criterion) {
 
     let pair = DetectorPose::stereo_pair(&grid, 1000.0, 1500.0, 0.9, SIZE);
     let views: Vec<ViewRequest> = pair.into_iter().map(|pose| View::Pose(pose).into()).collect();
+    let oblique: Vec<ViewRequest> =
+        pair.into_iter().map(|pose| View::Pose(turned(&pose, &grid)).into()).collect();
     let only = Layers { intensity: true, ..Layers::default() };
-    for algorithm in [Algorithm::Joseph, Algorithm::Siddon, Algorithm::March { step: 0.5 }] {
+    let mut time = |name: String, volume: &Arc<Volume>, algorithm: Algorithm, views: &[ViewRequest]| {
         let scene = Scene { method: algorithm.into(), ..Scene::new(SIZE).expect("valid") };
         let projector = Projector::new(&context, volume.clone(), scene).expect("valid");
-        group.bench_function(format!("two views, {}", algorithm.name()), |bencher| {
-            bencher.iter(|| projector.project(&views, only, SILENT).expect("projects"));
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| projector.project(views, only, SILENT).expect("projects"));
         });
+    };
+    for algorithm in [Algorithm::Joseph, Algorithm::Siddon, Algorithm::March { step: 0.5 }] {
+        time(format!("two views, {}", algorithm.name()), &volume, algorithm, &views);
     }
+    time("two oblique views, joseph".into(), &volume, Algorithm::Joseph, &oblique);
+    drop(volume);
+    let (grid, hu) = thorax();
+    let water = vec![2; hu.len()];
+    let volume = Arc::new(Volume::from_int16(grid, &hu, Some(&water), &how).expect("valid"));
+    time("two views of one material, joseph".into(), &volume, Algorithm::Joseph, &views);
+    time("two oblique views of one material, joseph".into(), &volume, Algorithm::Joseph, &oblique);
     group.finish();
 }
 

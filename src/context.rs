@@ -9,6 +9,7 @@ use crate::effects::ScatterCache;
 use crate::engine::{Backend, Device, DeviceChoice, unsupported_queues};
 use crate::error::{Error, Result};
 use crate::planner::{Cache, Costs};
+use crate::volume::{Volume, Voxels};
 
 /// Where projectors run: an engine and its threads. Cheap to clone; may be used from many threads at once.
 #[derive(Clone)]
@@ -100,6 +101,15 @@ impl Context {
     /// `Unsupported` when it has none: on the CPU.
     pub(crate) fn check_queues(&self) -> Result<()> {
         if matches!(self.device, Device::None) { Err(unsupported_queues()) } else { Ok(()) }
+    }
+
+    /// Has the context's threads find out what plans of its engine ask of a volume.
+    ///
+    /// # Errors
+    /// `OutOfMemory`.
+    pub(crate) fn look_into(&self, volume: &Volume) -> Result<()> {
+        let looks = self.backend == Backend::Cpu && !matches!(volume.voxels(), Voxels::Texture { .. });
+        if looks { self.install(|| volume.occupancy().map(|_| ())) } else { Ok(()) }
     }
 
     pub(crate) fn device(&self) -> &Device {

@@ -42,7 +42,8 @@ pub struct ViewRequest {
     /// Where the rays are.
     pub view: View,
     /// Whether a ray may stop once every energy bin is attenuated below e⁻¹⁵. Only the intensity can change, by at
-    /// most e⁻¹⁵·I0; when other layers that the stop would change are asked for, rays are not stopped.
+    /// most e⁻¹⁵·I0; when other layers that the stop would change are asked for, rays are not stopped. Nor are rays that
+    /// the engine `cpu` casts side by side: Joseph's, where pixels are dense.
     pub early_exit: bool,
     /// Spectral tables of this view alone, which views may share; `None`: the scene's.
     pub spectral: Option<Arc<SpectralModel>>,
@@ -86,6 +87,7 @@ impl Projector {
     /// As [`Projector::new`], for a caller who knows what rays will meet, of a scene without a tolerance.
     pub fn with_reach(context: &Context, volume: Arc<Volume>, scene: Scene, reach: &Reach) -> Result<Self> {
         scene.validate()?;
+        context.look_into(&volume)?;
         let plan = Plan::new(&scene, &volume, context.backend(), reach.quadrature(&scene)?)?;
         Self::planned(context, volume, scene, plan)
     }
@@ -142,7 +144,7 @@ impl Projector {
     }
 
     /// Projects `views`. `progress` is called from the context's threads, also from several at once, with the number of
-    /// rays finished since its last call: after every few hundred rays of a thread. Answering
+    /// rays finished since its last call, also none: after every few hundred rays' worth of a thread's work. Answering
     /// [`ControlFlow::Break`](std::ops::ControlFlow::Break) cancels: each thread finishes at most 1024 more rays, and
     /// may still report them. An engine on a GPU reports after every few views, and stops there.
     /// [`SILENT`](crate::engine::SILENT) hears nothing.

@@ -46,7 +46,7 @@ fn no_work_begins_after_a_break_and_the_projector_is_as_before() {
             let projector = Projector::new(&context, volume.clone(), scene).expect("valid");
             let views = requests(poses(volume.grid(), SIZE).into_iter().take(4).map(|(_, pose)| pose));
             let (before, all) = cancelled(&projector, &views, usize::MAX);
-            assert!(all >= 60, "{backend:?}: only {all} reports");
+            assert!(all >= 40, "{backend:?}: only {all} reports");
             for at in [1, 7] {
                 let (result, reports) = cancelled(&projector, &views, at);
                 assert_eq!(result, Err(Error::Cancelled));

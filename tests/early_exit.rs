@@ -257,9 +257,12 @@ fn no_other_layer_shows_it() {
     let size = [24, 18];
     let pose = DetectorPose::c_arm(grid.centre(), 77.0, 2000.0, 3000.0, 12.0, size);
     let spectrum = Spectrum::named(Spectrum::DEFAULT, GRID).expect("built in");
-    for (count, supersampling, algorithm) in
-        [(1_u8, 1, Joseph), (4, 2, Siddon), (8, 1, March { step: 0.5 }), (8, 3, Joseph)]
-    {
+    for (count, supersampling, algorithm) in [
+        (1_u8, 1, March { step: 1.0 }),
+        (4, 2, Siddon),
+        (8, 1, March { step: 0.5 }),
+        (8, 3, March { step: 2.0 }),
+    ] {
         let label = |i: usize| (f64::from(count) * noise(i as u64 / 7)) as u8;
         let labels: Vec<u8> = (0..grid.voxel_count()).map(label).collect();
         let hu = vec![3000; labels.len()];

@@ -15,7 +15,7 @@ use drr::volume::{Classification, Volume, VolumeBuilder};
 use drr::{Algorithm, Context, Projector, Scene, ViewRequest};
 use held::held;
 
-const DIMENSIONS: [usize; 3] = [256, 256, 200];
+const DIMENSIONS: [usize; 3] = [400, 400, 320];
 /// Pixels of a side of the detector: what is held beside images does not grow with it.
 const SIDE: usize = 128;
 

@@ -1,5 +1,7 @@
 //! What a projection returns.
 
+use std::ops::Range;
+
 use crate::allocation::{collected, filled};
 use crate::error::Result;
 use crate::physics::MAX_MATERIALS;
@@ -118,20 +120,23 @@ impl<T: Copy + Default> Images<T> {
         })
     }
 
-    /// Stores rows `first_row …` of a view; `values` is row-major and a whole number of rows.
+    /// Stores the pixels of some columns of a view, from row `first_row` on; `values` is row-major.
     pub(super) fn store(
         &mut self,
         view: usize,
         first_row: usize,
+        columns: Range<usize>,
         values: &[PixelValue],
         convert: impl Fn(f64) -> T,
     ) {
         let [width, height] = self.size;
         let put = |image: &mut Vec<T>, plane: usize, value: &dyn Fn(&PixelValue) -> f64| {
             if !image.is_empty() {
-                let start = (plane * height + first_row) * width;
-                let target = &mut image[start..start + values.len()];
-                target.iter_mut().zip(values).for_each(|(out, v)| *out = convert(value(v)));
+                for (row, values) in values.chunks(columns.len()).enumerate() {
+                    let start = (plane * height + first_row + row) * width;
+                    let target = &mut image[start..start + width][columns.clone()];
+                    target.iter_mut().zip(values).for_each(|(out, v)| *out = convert(value(v)));
+                }
             }
         };
         put(&mut self.intensity, view, &|v| v.intensity);

@@ -44,7 +44,8 @@ use crate::volume::{Volume, Voxels};
 pub enum Backend {
     /// float64, single algorithmic steps, no shortcuts: the truth, slow.
     Reference,
-    /// float32 on all cores.
+    /// float32 on all cores, by the best vector instructions of the machine, which decide the last bits of rays that are swept
+    /// together. The environment variable `DRR_SIMD` = `sse2`, `avx2`, `avx512`, `neon` or `portable` takes others of those there are.
     Cpu,
     /// The GPU kernels' text, compiled for the host by this machine's C++ compiler when it is first used: to see what a
     /// GPU computes where there is none. Needs the feature `host`.
@@ -97,8 +98,8 @@ impl Backend {
 pub struct ViewJob {
     /// Its rays.
     pub beam: Beam,
-    /// Whether a ray may stop once what is left is below e⁻¹⁵ of I0. Heeded only where intensity is the only
-    /// layer asked for that the stop would change.
+    /// Whether a ray may stop once what is left is below e⁻¹⁵ of I0. An engine may ignore it, and does unless intensity is the
+    /// only layer asked for that the stop would change.
     pub early_exit: bool,
     /// Spectral tables of this view alone, instead of the scene's.
     pub spectral: Option<Arc<SpectralModel>>,

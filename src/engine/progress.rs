@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use crate::error::{Error, Result};
 
 /// What a caller's report function looks like: it is called from any thread, also from several at once, with the
-/// number of rays finished since its last call, and answers whether to go on.
+/// number of rays finished since its last call, also none, and answers whether to go on.
 pub type Report<'a> = &'a (dyn Fn(usize) -> ControlFlow<()> + Sync);
 
 /// Hears nothing and never cancels.

@@ -59,6 +59,9 @@ pub struct Plan {
     /// Effects that the scene asks for and that change too little.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<LeftOut>,
+    /// The part of the volume's bricks of 8×8×8 voxels that hold nothing; known to the engine `cpu` only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub empty: Option<f64>,
     /// What all of it took per view, s, where it was measured.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured_seconds: Option<f64>,
@@ -67,6 +70,9 @@ pub struct Plan {
     /// What does not run, and why.
     pub omissions: Vec<Omission>,
 }
+
+/// What looking for a ray's ends takes, samples (`benches/raycast.rs`, beside `benches/target_case.rs`).
+const ENDS: f64 = 40.0;
 
 /// A material with an accumulator.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -101,7 +107,13 @@ impl Plan {
             .filter(|&label| attenuates(label))
             .map(|label| PlannedMaterial { label: label as u8, name: names[label].clone() })
             .collect();
+        let labels = materials.iter().fold(0, |labels, material| labels | 1 << material.label);
+        let empty = match engine {
+            Backend::Cpu => Some(volume.occupancy()?.empty(labels)),
+            _ => None,
+        };
         let mut plan = Self {
+            empty,
             version: crate::VERSION,
             engine,
             detector: scene.detector,
@@ -140,6 +152,12 @@ impl Plan {
         plan.stages = stage::stages(&plan, scene, volume);
         plan.omissions = stage::omissions(&plan, scene, volume);
         plan
+    }
+
+    /// Whether to look where each ray first and last meets something pays: it costs as much as some samples, and saves those
+    /// before and behind. Rays that are swept together pass over empty bricks in any case.
+    pub(crate) fn looks_for_ends(&self) -> bool {
+        self.empty.is_some_and(|empty| empty * self.samples_per_ray() as f64 >= ENDS)
     }
 
     /// As it is computed: without a quadrature over every energy.

@@ -94,8 +94,9 @@ fn march(plan: &Plan, rays: usize) -> Stage {
         name: "ray march",
         on_request: false,
         what: format!(
-            "{what}; areal densities of {}",
-            if names.is_empty() { "nothing".into() } else { names.join(", ") }
+            "{what}; areal densities of {}{}",
+            if names.is_empty() { "nothing".into() } else { names.join(", ") },
+            passed_over(plan)
         ),
         reason: "every image is a function of the areal densities along its rays".into(),
         cost: format!(
@@ -110,6 +111,22 @@ fn march(plan: &Plan, rays: usize) -> Stage {
         },
         seconds: None,
         measured_seconds: None,
+    }
+}
+
+/// What is done about empty space.
+fn passed_over(plan: &Plan) -> String {
+    match plan.empty {
+        Some(empty) if plan.looks_for_ends() => {
+            format!("; {:.0} % of the volume's bricks are empty and passed over", 100.0 * empty)
+        }
+        Some(empty) if empty > 0.0 => {
+            format!(
+                "; {:.0} % of the volume's bricks are empty, too few for single rays to look for",
+                100.0 * empty
+            )
+        }
+        _ => String::new(),
     }
 }
 

@@ -62,6 +62,7 @@ pub(crate) fn plan(context: &Context, volume: &Arc<Volume>, scene: &Scene) -> Re
     let engine = context.backend();
     // What is wrong with scene, volume or engine is told before any ray is cast.
     scene.validate()?;
+    context.look_into(volume)?;
     let method = if scene.tolerance.is_some() { Algorithm::Joseph.into() } else { scene.method };
     let plain = Plan::new(&Scene { method, ..scene.clone() }, volume, engine, None)?;
     // Effects are made of every energy.

@@ -47,6 +47,28 @@ impl Beam {
         Self { pixel_part: self.pixel_part / n as f64, ..self }
     }
 
+    /// Of the volume.
+    pub(crate) fn dimensions(&self) -> [usize; 3] {
+        self.grid.dimensions()
+    }
+
+    /// The n×n rays of each pixel: ray (a, b) of pixel (i, j) is that of pixel (n·i+a, n·j+b).
+    #[must_use]
+    pub(crate) fn on_ray_grid(self, n: usize) -> Self {
+        let parts = n as f64;
+        let rays = match self.rays {
+            Rays::Segments { source, first_pixel, column_step, row_step, near_pixel } => {
+                let [column_step, row_step] = [column_step, row_step].map(|step| step / parts);
+                let first_pixel = first_pixel - 0.5 * (parts - 1.0) * (column_step + row_step);
+                Rays::Segments { source, first_pixel, column_step, row_step, near_pixel }
+            }
+            Rays::Planes { x, y, w, source, forward, size } => {
+                Rays::Planes { x, y, w, source, forward, size: size.map(|side| parts * side) }
+            }
+        };
+        Self { rays, ..self }
+    }
+
     /// What all pixels cover.
     pub(crate) fn footprints(&self) -> Footprints {
         Footprints { lines: self.lines(), pixel_part: self.pixel_part }

@@ -106,10 +106,19 @@ impl Ray {
     /// The part of the ray inside the box [−½, n−½) of a volume of these dimensions; `None` when it misses. A ray
     /// parallel to an axis is inside or outside by comparison: nothing is divided by zero and no direction is altered.
     pub fn clip(&self, dimensions: [usize; 3]) -> Option<Span> {
+        self.clip_by(dimensions, |_| true)
+    }
+
+    /// As [`Ray::clip`], of a box without faces across this axis, which is not the driving one.
+    pub(crate) fn clip_but(&self, dimensions: [usize; 3], open: usize) -> Option<Span> {
+        self.clip_by(dimensions, |axis| axis != open)
+    }
+
+    fn clip_by(&self, dimensions: [usize; 3], faced: impl Fn(usize) -> bool) -> Option<Span> {
         let last = |axis: usize| dimensions[axis] as f64 - 0.5;
         let mut enter = self.limits[0].max(-0.5);
         let mut leave = self.limits[1].min(last(self.axis));
-        for (t, &transverse) in TRANSVERSE[self.axis].iter().enumerate() {
+        for (t, &transverse) in TRANSVERSE[self.axis].iter().enumerate().filter(|(_, axis)| faced(**axis)) {
             let (base, slope) = (self.base[t], self.slope[t]);
             if slope == 0.0 {
                 if !(-0.5 <= base && base < last(transverse)) {

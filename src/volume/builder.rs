@@ -240,7 +240,7 @@ impl VolumeBuilder {
             }
         };
         let classes = (!self.labelled).then(|| self.how.thresholds.materials().to_vec());
-        Ok(Volume::made(self.grid, voxels, materials, classes))
+        Ok(Volume::made(self.grid, voxels, materials, classes, self.how))
     }
 
     /// Checks the next piece and returns the number of its first voxel.

@@ -37,7 +37,7 @@ impl Volume {
             materials[usize::from(label)].note(Voxel { density: f64::from(density), label });
         }
         let voxels = Voxels::Dense { density, label };
-        Ok(Self::made(grid, voxels, materials, self.classes.clone()))
+        Ok(Self::made(grid, voxels, materials, self.classes.clone(), self.how.clone()))
     }
 
     /// The mean of a block's voxels.

@@ -20,7 +20,7 @@ pub use builder::{Classification, VolumeBuilder};
 pub(crate) use byte_voxels::ByteVoxels;
 pub use matter::Matter;
 pub use occupancy::Occupancy;
-pub(crate) use occupancy::bricks;
+pub(crate) use occupancy::{BRICK, bricks};
 pub(crate) use occupied::Level;
 pub use occupied::Occupied;
 pub use voxels::{Voxel, Voxels};
@@ -42,6 +42,8 @@ pub struct Volume {
     byte_voxels: OnceLock<ByteVoxels>,
     /// Made when first asked for, too: 0.01 bytes per voxel.
     occupancy: OnceLock<Occupancy>,
+    /// What made voxels of CT numbers.
+    how: Classification,
 }
 
 /// What a volume holds of one material.
@@ -100,7 +102,7 @@ impl Volume {
         }
         let classes = Some(how.thresholds.materials().to_vec());
         let voxels = Voxels::Texture { table, texture };
-        Ok(Self::made(grid, voxels, materials, classes))
+        Ok(Self::made(grid, voxels, materials, classes, how.clone()))
     }
 
     /// Of what is known; the rest is made when it is asked for.
@@ -109,9 +111,10 @@ impl Volume {
         voxels: Voxels,
         materials: [MaterialStatistics; MAX_MATERIALS],
         classes: Option<Vec<String>>,
+        how: Classification,
     ) -> Self {
         let (byte_voxels, occupancy) = (OnceLock::new(), OnceLock::new());
-        Self { grid, voxels, materials, classes, byte_voxels, occupancy }
+        Self { grid, voxels, materials, classes, byte_voxels, occupancy, how }
     }
 
     /// Dimensions and place in the world.
@@ -140,7 +143,7 @@ impl Volume {
         Ok(self.byte_voxels.get_or_init(|| made))
     }
 
-    /// Where the volume holds what, brick by brick: made once, on the threads of the first caller, in one pass over the voxels.
+    /// Where the volume holds what, brick by brick: made when first asked for, in one pass over the voxels, and kept.
     ///
     /// # Errors
     /// `Unsupported` for voxels in a texture; `OutOfMemory`.
@@ -163,10 +166,18 @@ impl Volume {
         self.classes.as_deref()
     }
 
+    /// What a code of [`Voxels::Coded`] means, whether it occurs or not.
+    pub(crate) fn meaning(&self, code: u16) -> Voxel {
+        self.code().meaning(code, &self.how)
+    }
+
+    fn code(&self) -> Code {
+        if self.classes.is_some() { Code::Hu } else { Code::LabelAndHu }
+    }
+
     /// The CT number behind a code of [`Voxels::Coded`] or [`Voxels::Texture`].
     pub(crate) fn hu_of(&self, code: u16) -> i32 {
-        let how = if self.classes.is_some() { Code::Hu } else { Code::LabelAndHu };
-        how.hu(code)
+        self.code().hu(code)
     }
 
     /// Bytes held for the voxels, with those of [`Storage::Byte`](crate::Storage) and of [`Volume::occupancy`] once they have

@@ -127,6 +127,17 @@ impl Occupancy {
         self.labels[brick]
     }
 
+    /// Those of all bricks, x fastest.
+    pub(crate) fn all_labels(&self) -> &[u8] {
+        &self.labels
+    }
+
+    /// The part of all bricks that hold nothing of these labels.
+    pub(crate) fn empty(&self, labels: u8) -> f64 {
+        let empty = self.labels.iter().filter(|&&held| held & labels == 0).count();
+        empty as f64 / self.labels.len() as f64
+    }
+
     /// The largest density in a brick, g/cm³, rounded up to a float32.
     pub fn densest(&self, brick: usize) -> f32 {
         self.densest[brick]

@@ -124,11 +124,14 @@ fn with_bytes_where_they_suffice(backend: Backend) {
             assert!(bytes == again, "{algorithm:?}: 3 threads differ");
             let whole = project(algorithm, Storage::Exact, 2);
             assert!(bytes.bone_path == whole.bone_path, "{algorithm:?}: labels differ");
-            assert!((bytes == whole) == exact, "{algorithm:?}");
+            // Rays through 16-bit voxels are swept, through bytes never: in other roundings.
+            let swept = algorithm == Algorithm::Joseph;
+            assert!((bytes == whole) == (exact && !swept), "{algorithm:?}");
             let largest = whole.line_integral.iter().copied().fold(0.0, f32::max);
             let pairs = bytes.line_integral.iter().zip(&whole.line_integral);
             let off = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            assert!(off < 1e-3 * largest, "{algorithm:?}: {off} of {largest}");
+            let most = if exact { 2e-6 } else { 1e-3 };
+            assert!(off < most * largest, "{algorithm:?}: {off} of {largest}");
         }
     }
 }

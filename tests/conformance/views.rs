@@ -6,7 +6,7 @@ use drr::engine::{Backend, Images, Layers, SILENT};
 use drr::geometry::{DetectorPose, Grid, View};
 use drr::physics::{EnergyGrid, SpectralModel, Spectrum};
 use drr::volume::Volume;
-use drr::{Projector, Scene, ViewRequest};
+use drr::{Algorithm, Projector, Scene, ViewRequest};
 use glam::DVec3;
 
 use crate::Test;
@@ -113,7 +113,9 @@ fn with_early_exit(backend: Backend) {
             let lost = stopped.intensity.iter().zip(&truth.intensity);
             let lost = lost.map(|(&x, t)| (f64::from(x) - t).abs() - 1e-4 * t).fold(0.0, worse);
             assert!(lost <= (-15.0_f64).exp() * i0, "{algorithm:?}: {lost:e} of {i0:e}");
-            assert!(stopped.intensity != whole.intensity, "{algorithm:?}: no ray stops");
+            // Rays that are swept together never stop.
+            let may_stop = (backend, algorithm) != (Backend::Cpu, Algorithm::Joseph);
+            assert_eq!(stopped.intensity != whole.intensity, may_stop, "{algorithm:?}: whether a ray stops");
             assert!(stopped.bone_path == whole.bone_path, "{algorithm:?}: the bone path shows it");
             // A view that may not stop, beside one that may.
             let pair = [true, false].map(|early_exit| ViewRequest { early_exit, ..view.into() });

@@ -71,7 +71,7 @@ pub(crate) struct Case {
 
 /// Scenes with one of these algorithms.
 pub(crate) fn cases(algorithms: &'static [Algorithm]) -> impl Strategy<Value = Case> {
-    sized_cases(algorithms, [7, 5])
+    sized_cases(algorithms, [40, 12])
 }
 
 /// Scenes with detectors of at most `largest` pixels.

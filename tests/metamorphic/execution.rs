@@ -2,7 +2,7 @@
 
 use drr::engine::{Backend, Images, Layers};
 use drr::geometry::DetectorPose;
-use drr::{Context, ViewRequest};
+use drr::{Algorithm, Context, ViewRequest};
 use glam::{DAffine3, DMat3, DVec3};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -122,7 +122,12 @@ proptest! {
         for &engine in case.engines() {
             let size = [case.size[0] - i, case.size[1] - j];
             let (part, expected) = cut(&case, [i, j], size, &case.project(engine));
-            identical(&part.project(engine), &expected)?;
+            // Rays that are swept together are rounded as their place on the detector says.
+            if engine == Backend::Cpu && case.algorithm == Algorithm::Joseph {
+                Tolerance::of(&part, engine).check(&part.project(engine), &expected)?;
+            } else {
+                identical(&part.project(engine), &expected)?;
+            }
         }
     }
 

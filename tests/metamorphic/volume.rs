@@ -107,7 +107,12 @@ proptest! {
             let volume = Case { coded, ..case.clone() }.volume(how.clone());
             case.project_volume(Backend::Cpu, volume, &[case.view()], Layers::ALL)
         });
-        identical(&int16, &float32)?;
+        // Rays through integer HU may be swept, through others never.
+        if case.algorithm == Joseph {
+            Tolerance::of(&case, Backend::Cpu).check(&int16, &float32)?;
+        } else {
+            identical(&int16, &float32)?;
+        }
     }
 
     #[test]

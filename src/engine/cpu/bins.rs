@@ -1,5 +1,9 @@
 //! The energy bins of a sum, laid out for float32, eight at a time.
 
+use pulp::Simd;
+
+use crate::engine::cpu::level::{self, LANES, Level, load, store};
+use crate::engine::cpu::path::ROUND;
 use crate::physics::SpectralModel;
 
 /// Energies summed side by side; the compiler makes vectors of them.
@@ -9,6 +13,9 @@ const WIDTH: usize = 8;
 const BLOCK: usize = 16;
 
 pub(crate) type Wide = [f32; WIDTH];
+
+/// Taylor series of exp on |r| ≤ ln(2)/2, but its first term: what is left out is below 6e-9.
+const SERIES: [f32; 7] = [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0];
 
 /// Mass attenuation coefficients, and rows of weights to sum transmissions by.
 #[derive(Debug, Clone)]
@@ -83,6 +90,55 @@ impl Bins {
     }
 }
 
+impl Bins {
+    /// As [`Bins::pass`] by the first row, of 16 rays at once. Areal densities come with their materials.
+    #[inline(always)]
+    pub(super) fn pass_lanes<S: Level>(
+        &self,
+        simd: S,
+        areal_densities: &[(usize, level::Wide)],
+        depth: &mut Vec<level::Wide>,
+    ) -> (level::Wide, [f64; LANES]) {
+        let energies = self.vectors * WIDTH;
+        depth.resize(energies, [0.0; LANES]);
+        let mut least = [0.0; LANES];
+        for n in (0..LANES).step_by(S::F32_LANES) {
+            let mut lowest = simd.splat_f32s(f32::INFINITY);
+            for (k, depth) in depth.iter_mut().enumerate() {
+                let mut sum = simd.splat_f32s(0.0);
+                for (material, areal) in areal_densities {
+                    let mu = simd.splat_f32s(self.coefficients[*material][k / WIDTH][k % WIDTH]);
+                    sum = simd.mul_add_e_f32s(load::<S>(&areal[n..]), mu, sum);
+                }
+                store::<S>(&mut depth[n..], sum);
+                lowest = simd.min_f32s(lowest, sum);
+            }
+            store::<S>(&mut least[n..], lowest);
+        }
+        let weights = self.rows[0].weights.as_flattened();
+        let mut passing = [0.0; LANES];
+        for (depth, weights) in depth.chunks(BLOCK).zip(weights.chunks(BLOCK)) {
+            let mut total = [0.0; LANES];
+            for n in (0..LANES).step_by(S::F32_LANES) {
+                let lowest = load::<S>(&least[n..]);
+                let mut sum = simd.splat_f32s(0.0);
+                for (depth, weight) in depth.iter().zip(weights) {
+                    let passed = exp_minus_of(simd, simd.sub_f32s(load::<S>(&depth[n..]), lowest));
+                    sum = simd.mul_add_e_f32s(simd.splat_f32s(*weight), passed, sum);
+                }
+                store::<S>(&mut total[n..], sum);
+            }
+            for n in 0..LANES {
+                passing[n] += f64::from(total[n]);
+            }
+        }
+        for passing in &mut passing {
+            *passing /= self.rows[0].sum;
+        }
+        (least, passing)
+    }
+}
+
 impl Row {
     fn sum_of(&self, transmitted: &[Wide]) -> f64 {
         let mut total = 0.0;
@@ -106,9 +162,6 @@ fn wide(values: &[f64], filler: f64) -> Vec<Wide> {
 /// term of the sum is itself smaller by exp(−x), and sums without any larger one go to float64.
 #[inline(always)]
 fn exp_minus(x: &Wide) -> Wide {
-    const ROUND: f32 = 12_582_912.0; // 1.5·2²³, see path::nearest
-    // Taylor series of exp on |r| ≤ ln(2)/2: the first term left out is below 6e-9.
-    const SERIES: [f32; 7] = [1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0];
     let (mut power, mut r, mut scale) = ([1.0 / 5040.0; WIDTH], [0.0; WIDTH], [0.0; WIDTH]);
     for i in 0..WIDTH {
         let y = x[i] * -std::f32::consts::LOG2_E;
@@ -124,6 +177,24 @@ fn exp_minus(x: &Wide) -> Wide {
         }
     }
     std::array::from_fn(|i| power[i] * scale[i])
+}
+
+/// As [`exp_minus`], in vectors of any width.
+#[inline(always)]
+fn exp_minus_of<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+    let y = simd.mul_f32s(x, simd.splat_f32s(-std::f32::consts::LOG2_E));
+    let kept = simd.max_f32s(y, simd.splat_f32s(-126.0));
+    let shifted = simd.add_f32s(kept, simd.splat_f32s(ROUND));
+    let whole = simd.sub_f32s(shifted, simd.splat_f32s(ROUND));
+    let r = simd.mul_f32s(simd.sub_f32s(kept, whole), simd.splat_f32s(std::f32::consts::LN_2));
+    let mut power = simd.splat_f32s(1.0 / 5040.0);
+    for coefficient in SERIES {
+        power = simd.mul_add_e_f32s(power, r, simd.splat_f32s(coefficient));
+    }
+    let bits = simd.add_u32s(simd.transmute_u32s_f32s(shifted), simd.splat_u32s(127));
+    let scale = simd.transmute_f32s_u32s(simd.wrapping_dyn_shl_u32s(bits, simd.splat_u32s(23)));
+    let under = simd.less_than_f32s(y, simd.splat_f32s(-126.0));
+    simd.mul_f32s(power, simd.select_f32s(under, simd.splat_f32s(0.0), scale))
 }
 
 #[cfg(test)]

@@ -1,20 +1,26 @@
-//! The float32 engine: all cores, tiles of rays that walk through the volume together.
+//! The float32 engine: all cores, rays that are swept slice by slice where neighbours share what they read, and tiles of rays that
+//! march together elsewhere.
 
 pub(crate) mod bins;
+mod developed;
 mod distance_driven;
 mod field;
 mod indicator;
 mod kernel;
 mod lanes;
+mod level;
 mod path;
 pub(crate) mod signal;
 mod sum;
+mod sweep;
 #[cfg(test)]
 mod tests;
 mod tile;
 mod width;
 mod window;
 
+use std::borrow::Cow;
+use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::Vec4;
@@ -31,14 +37,17 @@ use crate::raycast::tighten::REACH;
 use crate::raycast::{Beam, Footprint, Ray};
 use crate::scene::Scene;
 use crate::volume::{Matter, Occupied, Volume};
+use developed::Developed;
 use distance_driven::DistanceDriven;
 use field::Table;
 use indicator::Indicator;
 use kernel::{Joseph, March, Siddon};
 use lanes::{Eight, Lanes};
+use level::Kind;
 use path::Path;
 use signal::Signal;
 use sum::{Blocked, Compensated, Naive, Sum};
+use sweep::{Cast, RayGrid, Sweep};
 use tile::Tile;
 
 /// Rays of a tile, which walk together: rows × columns. Their voxels of one block fit the second-level cache.
@@ -59,10 +68,14 @@ pub struct Cpu {
     accumulators: Accumulators,
     /// Label of each accumulator.
     labels: Vec<u8>,
-    /// Where any of that is; `None` where every brick of the volume holds some.
+    /// Where any of that is, if looking for the ends of rays pays.
     occupied: Option<Occupied>,
     bone: Option<Indicator>,
     signal: Signal,
+    /// How neighbouring rays are cast together, where they can.
+    sweep: Option<Sweep>,
+    /// Of what is swept.
+    level: Kind,
 }
 
 /// Rays, and the footprints of their pixels where the algorithm asks for them.
@@ -90,9 +103,11 @@ impl Cpu {
             _ => Accumulators::Eight(Table::densities(&volume, storage, &lane_of)?),
         };
         let seen = Matter::new(labels.iter().fold(0, |seen, label| seen | 1 << label), 0.0)?;
-        let occupied = volume.occupancy()?.of(seen)?;
+        let occupied = if plan.looks_for_ends() { Some(volume.occupancy()?.of(seen)?) } else { None };
         let bone = scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled);
         Ok(Self {
+            sweep: Sweep::new(&volume, &labels, &plan.method)?,
+            level: Kind::chosen(),
             algorithm: plan.method.algorithm,
             accumulation: plan.method.accumulation,
             supersampling: scene.supersampling,
@@ -102,9 +117,15 @@ impl Cpu {
             signal: Signal::new(Arc::new(scene.spectral_model()?), plan.quadrature.as_ref()),
             accumulators,
             labels,
-            occupied: (!occupied.is_full()).then_some(occupied),
+            occupied,
             volume,
         })
+    }
+
+    /// By the view's own tables, where it has some.
+    fn signal(&self, view: &ViewJob) -> Cow<'_, Signal> {
+        let own = view.spectral.clone();
+        own.map_or(Cow::Borrowed(&self.signal), |model| Cow::Owned(Signal::new(model, None)))
     }
 
     /// Rows and columns of pixels in a tile.
@@ -117,8 +138,7 @@ impl Cpu {
         let [width, height] = self.size;
         let [tile_rows, tile_columns] = self.tile_size();
         let rows = first_row..(first_row + tile_rows).min(height);
-        let own_signal = view.spectral.clone().map(|model| Signal::new(model, None));
-        let signal = own_signal.as_ref().unwrap_or(&self.signal);
+        let signal = &*self.signal(view);
         let vacuum = PixelValue::vacuum(signal.i0());
         let mut values = filled(rows.len() * width, vacuum, "rows of the detector")?;
         for first_column in (0..width).step_by(tile_columns) {
@@ -246,12 +266,36 @@ impl Cpu {
 impl Engine for Cpu {
     fn project(&self, job: &Job<'_>) -> Result<Images<f32>> {
         let images = Mutex::new(Images::zeroed(self.size, job.views.len(), self.materials, job.layers)?);
+        let store = |v: usize, row: usize, columns: Range<usize>, values: &[PixelValue]| {
+            let mut images = images.lock().unwrap_or_else(PoisonError::into_inner);
+            images.store(v, row, columns, values, |x| x as f32);
+        };
+        let rays =
+            RayGrid { size: self.size.map(|side| side * self.supersampling), unit: self.supersampling };
+        let (mut swept, mut marched) = (Vec::new(), Vec::new());
+        for (v, view) in job.views.iter().enumerate() {
+            let beam = view.beam.on_ray_grid(self.supersampling);
+            match &self.sweep {
+                Some(_) if Sweep::pays(&beam, rays.size) => swept.push((v, beam)),
+                _ => marched.push((v, view)),
+            }
+        }
+        if let Some(sweep) = &self.sweep {
+            let cast = Cast { level: self.level, volume: &self.volume, rays, progress: &job.progress };
+            sweep.project(cast, &swept, &|v, beam, part, met| {
+                let values = Developed { cpu: self, view: &job.views[v], layers: job.layers, part, met }
+                    .pixels(beam)?;
+                let [columns, rows] = part.pixels(rays);
+                store(v, rows.start, columns, &values);
+                Ok(())
+            })?;
+        }
         let rows = self.tile_size()[0];
         let bands = self.size[1].div_ceil(rows);
-        (0..job.views.len() * bands).into_par_iter().try_for_each(|n| {
-            let (v, row) = (n / bands, n % bands * rows);
-            let values = self.band(job, &job.views[v], row)?;
-            images.lock().unwrap_or_else(PoisonError::into_inner).store(v, row, &values, |x| x as f32);
+        (0..marched.len() * bands).into_par_iter().try_for_each(|n| {
+            let ((v, view), row) = (marched[n / bands], n % bands * rows);
+            let values = self.band(job, view, row)?;
+            store(v, row, 0..self.size[0], &values);
             Ok(())
         })?;
         Ok(images.into_inner().unwrap_or_else(PoisonError::into_inner))

@@ -239,7 +239,7 @@ fn inner_span(ray: &Ray, span: Span, dimensions: [usize; 3]) -> [f64; 2] {
 }
 
 /// 1.5·2²³: adding it to |x| < 2²² leaves round(x) in the low mantissa bits.
-const ROUND: f32 = 12_582_912.0;
+pub(super) const ROUND: f32 = 12_582_912.0;
 
 /// The integer nearest to x (modulo 2³²), and the same as a float; ties go to the even one. |x| < 2²².
 #[inline(always)]

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::engine::cpu::bins::{Bins, Wide};
+use crate::engine::cpu::level::{self, LANES, Level};
 use crate::physics::{MAX_MATERIALS, Quadrature, SpectralModel};
 
 /// A sum of transmissions below this is due to bins whose weight float32 holds badly or not at all.
@@ -48,13 +49,55 @@ impl Signal {
     pub(super) fn of(&self, areal_density: &[f64; MAX_MATERIALS], depth: &mut Vec<Wide>) -> (f64, f64) {
         let mut passing = [0.0];
         let least = self.bins(areal_density).pass(areal_density.iter().copied(), depth, &mut passing);
-        let [beyond] = passing;
+        self.beyond(areal_density, least, passing[0])
+    }
+
+    /// Of what passes beyond the least depth.
+    fn beyond(&self, areal_density: &[f64; MAX_MATERIALS], least: f64, beyond: f64) -> (f64, f64) {
         if beyond < FAINT {
             let seen = &areal_density[..self.model.materials()];
             return (self.model.intensity(seen), self.model.line_integral(seen));
         }
         let line_integral = least - beyond.ln();
         (self.i0() * (-line_integral).exp(), line_integral)
+    }
+
+    /// As [`Signal::of`], of 16 rays at once. Areal densities come with their materials; all others are 0.
+    #[inline(always)]
+    pub(super) fn of_lanes<S: Level>(
+        &self,
+        simd: S,
+        areal_densities: &[(usize, level::Wide)],
+        depth: &mut Vec<level::Wide>,
+    ) -> [(f64, f64); LANES] {
+        let mut rays = [[0.0; MAX_MATERIALS]; LANES];
+        for (material, areal) in areal_densities {
+            for n in 0..LANES {
+                rays[n][*material] = f64::from(areal[n]);
+            }
+        }
+        let materials = self.model.materials();
+        let holds = |ray: &[f64; MAX_MATERIALS]| {
+            self.few.as_ref().is_some_and(|(quadrature, _)| quadrature.holds(&ray[..materials]))
+        };
+        let by_few = rays.each_ref().map(holds);
+        let mut sums = ([0.0; LANES], [0.0; LANES]);
+        if let (Some((_, few)), true) = (&self.few, by_few.contains(&true)) {
+            sums = few.pass_lanes(simd, areal_densities, depth);
+        }
+        if by_few.contains(&false) {
+            let all = self.all.pass_lanes(simd, areal_densities, depth);
+            for (n, _) in by_few.iter().enumerate().filter(|(_, few)| !**few) {
+                (sums.0[n], sums.1[n]) = (all.0[n], all.1[n]);
+            }
+        }
+        let mut signals = [(self.i0(), 0.0); LANES];
+        for n in 0..LANES {
+            if rays[n] != [0.0; MAX_MATERIALS] {
+                signals[n] = self.beyond(&rays[n], f64::from(sums.0[n]), sums.1[n]);
+            }
+        }
+        signals
     }
 }
 

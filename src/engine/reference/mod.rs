@@ -80,7 +80,7 @@ impl Reference {
                 row.extend(columns.clone().map(|i| self.pixel(&job.views[v], job, i, j)));
                 job.progress.finished(columns.len() * rays)?;
             }
-            images.lock().unwrap_or_else(PoisonError::into_inner).store(v, j, &row, &convert);
+            images.lock().unwrap_or_else(PoisonError::into_inner).store(v, j, 0..row.len(), &row, &convert);
             Ok(())
         })?;
         Ok(images.into_inner().unwrap_or_else(PoisonError::into_inner))

@@ -61,7 +61,7 @@ fn what_is_wrong_is_named_with_its_line() {
             "line 1: column 2 is \"sid_mm\"; valid: name, angle_degrees",
             "angle_degrees,sid_mm\n0,1\n".to_owned(),
         ),
-        ("line 2: column 2 repeats the name \"name\"", "# c\nname,name\na,b\n".to_owned()),
+        ("line 1: column 2 repeats the name \"name\"", "name,name\na,b\n".to_owned()),
         ("line 1: has columns of a pose and sad_mm", format!("{twelve},sad_mm\n{pose},1\n")),
         ("line 1: has no column row_step_z_mm", twelve.replace(",row_step_z_mm", "\n")),
         ("line 3: angle_degrees is \"left\"; valid: a finite number", "angle_degrees\n0\nleft\n".to_owned()),
