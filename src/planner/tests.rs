@@ -55,14 +55,26 @@ fn more_tolerance_never_costs_more() {
     assert!(all.is_sorted_by(|less, more| less >= more), "{all:?}");
 }
 
+/// Where one march is cheaper than anything else.
+fn with_cheap_march(step: f64) -> Context {
+    let kind = Method::from(Algorithm::March { step }).to_string();
+    let rates = Rates {
+        sample_ns: [(kind, 0.0), ("joseph".into(), 1.0)].into(),
+        ray_ns: 0.0,
+        energy_ns: 0.0,
+        stage_ns: [].into(),
+    };
+    context().with_costs(Costs::new("a joke", Backend::Cpu, rates))
+}
+
 #[test]
 fn edges_are_kept_in_place_where_that_is_asked_for() {
-    let volume = blocks([40, 32, 24]);
-    let coarse = plan(&context(), &volume, &scene(1000.0)).expect("planned");
+    let (context, volume) = (with_cheap_march(8.0), blocks([40, 32, 24]));
+    let coarse = plan(&context, &volume, &scene(1000.0)).expect("planned");
     let mm = |plan: &Plan| plan.choice.as_ref().and_then(|c| c.chosen()?.mm).expect("measured").rms_high;
     let tolerance = Tolerance { hu: 1000.0, mm: 0.2 * mm(&coarse) };
     let strict = Scene { tolerance: Some(tolerance), ..scene(1.0) };
-    let strict = plan(&context(), &volume, &strict).expect("planned");
+    let strict = plan(&context, &volume, &strict).expect("planned");
     assert!(mm(&strict) <= tolerance.mm && strict.method != coarse.method, "{:?}", strict.choice);
 }
 
@@ -111,17 +123,8 @@ fn plans_do_not_change_from_time_to_time_or_with_threads() {
 #[test]
 fn the_costs_decide_which_is_cheapest() {
     let volume = blocks([40, 32, 24]);
-    let free = |step: f64| {
-        let kind = Method::from(Algorithm::March { step }).to_string();
-        let rates = Rates {
-            sample_ns: [(kind, 0.0), ("joseph".into(), 1.0)].into(),
-            ray_ns: 0.0,
-            energy_ns: 0.0,
-            stage_ns: [].into(),
-        };
-        let context = context().with_costs(Costs::new("a joke", Backend::Cpu, rates));
-        plan(&context, &volume, &scene(500.0)).expect("planned").method.algorithm
-    };
+    let free =
+        |step: f64| plan(&with_cheap_march(step), &volume, &scene(500.0)).expect("planned").method.algorithm;
     for step in [1.0, 0.25] {
         assert_eq!(free(step), Algorithm::March { step });
     }

@@ -3,7 +3,7 @@
 
 use std::sync::LazyLock;
 
-use pulp::{NullaryFnOnce, Scalar128b, Simd};
+use pulp::{Scalar128b, Simd};
 
 /// Rays side by side, whatever the width of a vector.
 pub(super) const LANES: usize = 16;
@@ -78,15 +78,27 @@ mod x86 {
     use std::arch::x86_64::_MM_HINT_T1;
 
     use pulp::x86::{V3, V4};
-    use pulp::{Simd, cast};
+    use pulp::{NullaryFnOnce, Simd, cast};
 
-    use super::{LANES, Level, load};
+    use super::{AtLevel, LANES, Level, load};
 
     /// Codes in a cache line.
     const LINE: usize = 32;
 
     const EVEN: [u32; LANES] = [0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30];
     const ODD: [u32; LANES] = [1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31];
+
+    /// What pulp compiles for a level.
+    pub(super) struct With<S, W>(pub S, pub W);
+
+    impl<S: Level, W: AtLevel> NullaryFnOnce for With<S, W> {
+        type Output = W::Output;
+
+        #[inline(always)]
+        fn call(self) -> W::Output {
+            self.1.run(self.0)
+        }
+    }
 
     impl Level for V3 {
         #[inline(always)]
@@ -163,17 +175,6 @@ pub(super) trait AtLevel {
     fn run<S: Level>(self, simd: S) -> Self::Output;
 }
 
-struct With<S, W>(S, W);
-
-impl<S: Level, W: AtLevel> NullaryFnOnce for With<S, W> {
-    type Output = W::Output;
-
-    #[inline(always)]
-    fn call(self) -> W::Output {
-        self.1.run(self.0)
-    }
-}
-
 /// The levels, lowest first.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Kind {
@@ -232,9 +233,9 @@ impl Kind {
         match self {
             Self::Portable => work.run(Scalar128b),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(simd) => simd.vectorize(With(simd, work)),
+            Self::Avx2(simd) => simd.vectorize(x86::With(simd, work)),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(simd) => simd.vectorize(With(simd, work)),
+            Self::Avx512(simd) => simd.vectorize(x86::With(simd, work)),
             #[cfg(target_arch = "aarch64")]
             Self::Neon(simd) => work.run(simd),
         }
