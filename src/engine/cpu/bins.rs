@@ -1,7 +1,5 @@
 //! The energy bins of a sum, laid out for float32, eight at a time.
 
-use pulp::Simd;
-
 use crate::engine::cpu::level::{self, LANES, Level, load, store};
 use crate::engine::cpu::path::ROUND;
 use crate::physics::SpectralModel;
@@ -108,7 +106,7 @@ impl Bins {
                 let mut sum = simd.splat_f32s(0.0);
                 for (material, areal) in areal_densities {
                     let mu = simd.splat_f32s(self.coefficients[*material][k / WIDTH][k % WIDTH]);
-                    sum = simd.mul_add_e_f32s(load::<S>(&areal[n..]), mu, sum);
+                    sum = simd.times_plus(load::<S>(&areal[n..]), mu, sum);
                 }
                 store::<S>(&mut depth[n..], sum);
                 lowest = simd.min_f32s(lowest, sum);
@@ -124,7 +122,7 @@ impl Bins {
                 let mut sum = simd.splat_f32s(0.0);
                 for (depth, weight) in depth.iter().zip(weights) {
                     let passed = exp_minus_of(simd, simd.sub_f32s(load::<S>(&depth[n..]), lowest));
-                    sum = simd.mul_add_e_f32s(simd.splat_f32s(*weight), passed, sum);
+                    sum = simd.times_plus(simd.splat_f32s(*weight), passed, sum);
                 }
                 store::<S>(&mut total[n..], sum);
             }
@@ -181,7 +179,7 @@ fn exp_minus(x: &Wide) -> Wide {
 
 /// As [`exp_minus`], in vectors of any width.
 #[inline(always)]
-fn exp_minus_of<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
+fn exp_minus_of<S: Level>(simd: S, x: S::f32s) -> S::f32s {
     let y = simd.mul_f32s(x, simd.splat_f32s(-std::f32::consts::LOG2_E));
     let kept = simd.max_f32s(y, simd.splat_f32s(-126.0));
     let shifted = simd.add_f32s(kept, simd.splat_f32s(ROUND));
@@ -189,7 +187,7 @@ fn exp_minus_of<S: Simd>(simd: S, x: S::f32s) -> S::f32s {
     let r = simd.mul_f32s(simd.sub_f32s(kept, whole), simd.splat_f32s(std::f32::consts::LN_2));
     let mut power = simd.splat_f32s(1.0 / 5040.0);
     for coefficient in SERIES {
-        power = simd.mul_add_e_f32s(power, r, simd.splat_f32s(coefficient));
+        power = simd.times_plus(power, r, simd.splat_f32s(coefficient));
     }
     let bits = simd.add_u32s(simd.transmute_u32s_f32s(shifted), simd.splat_u32s(127));
     let scale = simd.transmute_f32s_u32s(simd.wrapping_dyn_shl_u32s(bits, simd.splat_u32s(23)));

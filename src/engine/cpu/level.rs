@@ -22,6 +22,12 @@ pub(super) trait Level: Simd {
         self.pairs(values, at)
     }
 
+    /// a·b + c, fused where the machine can.
+    #[inline(always)]
+    fn times_plus(self, a: Self::f32s, b: Self::f32s, c: Self::f32s) -> Self::f32s {
+        self.mul_add_e_f32s(a, b, c)
+    }
+
     /// Has a line of codes brought near.
     #[inline(always)]
     fn prefetch(self, _codes: &[u16]) {}
@@ -62,6 +68,12 @@ impl Level for Scalar128b {
     #[inline(always)]
     fn pairs(self, values: &[f32], at: Self::u32s) -> [Self::f32s; 2] {
         each_pair::<Self>(values, at)
+    }
+
+    /// pulp's is a call of a function for each number.
+    #[inline(always)]
+    fn times_plus(self, a: Self::f32s, b: Self::f32s, c: Self::f32s) -> Self::f32s {
+        self.add_f32s(self.mul_f32s(a, b), c)
     }
 }
 

@@ -105,7 +105,7 @@ fn decode<S: Level, const N: usize>(simd: S, pieces: &[Piece], codes: &[u16], ou
             let mut density = simd.splat_f32s(0.0);
             for piece in pieces {
                 let first = simd.splat_f32s(piece.first);
-                let line = simd.mul_add_e_f32s(
+                let line = simd.times_plus(
                     simd.splat_f32s(piece.slope),
                     simd.sub_f32s(code, first),
                     simd.splat_f32s(piece.density),

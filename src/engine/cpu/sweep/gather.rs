@@ -188,7 +188,7 @@ impl Block {
                                 let from = simd.max_f32s(load::<S>(&spans[0][n..]), simd.splat_f32s(s - 0.5));
                                 let to = simd.min_f32s(load::<S>(&spans[1][n..]), simd.splat_f32s(s + 0.5));
                                 let weight = simd.max_f32s(simd.sub_f32s(to, from), simd.splat_f32s(0.0));
-                                simd.mul_add_e_f32s(weight, value, total)
+                                simd.times_plus(weight, value, total)
                             };
                         }
                         store::<S>(&mut sum[n..], total);
@@ -230,8 +230,7 @@ impl Anchored {
         end: f32,
     ) -> (S::f32s, S::f32s) {
         let whole = load::<S>(&self.whole[n..]);
-        let mut at =
-            simd.mul_add_e_f32s(from_middle, load::<S>(&self.slope[n..]), load::<S>(&self.rest[n..]));
+        let mut at = simd.times_plus(from_middle, load::<S>(&self.slope[n..]), load::<S>(&self.rest[n..]));
         if EDGE {
             let low = simd.neg_f32s(whole);
             let high = simd.sub_f32s(simd.splat_f32s(end), whole);
@@ -268,7 +267,7 @@ impl Corners {
                 let (y, along) = along.at::<S, EDGE>(simd, n, from_middle, ends[1] as f32);
                 store::<S>(&mut self.fraction[0][t][n..], x);
                 store::<S>(&mut self.fraction[1][t][n..], y);
-                let place = simd.mul_add_e_f32s(along, stride, simd.sub_f32s(across, first));
+                let place = simd.times_plus(along, stride, simd.sub_f32s(across, first));
                 let place = integer(simd, place);
                 S::as_mut_simd_u32s(&mut self.place[t][n..n + S::F32_LANES]).0[0] = place;
             }
@@ -282,9 +281,9 @@ impl Corners {
         let (x, y) = (load::<S>(&self.fraction[0][t][n..]), load::<S>(&self.fraction[1][t][n..]));
         let [a, b] = simd.pairs(plane, at);
         let [c, d] = simd.pairs(&plane[stride..], at);
-        let low = simd.mul_add_e_f32s(x, simd.sub_f32s(b, a), a);
-        let high = simd.mul_add_e_f32s(x, simd.sub_f32s(d, c), c);
-        simd.mul_add_e_f32s(y, simd.sub_f32s(high, low), low)
+        let low = simd.times_plus(x, simd.sub_f32s(b, a), a);
+        let high = simd.times_plus(x, simd.sub_f32s(d, c), c);
+        simd.times_plus(y, simd.sub_f32s(high, low), low)
     }
 }
 

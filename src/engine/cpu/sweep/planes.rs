@@ -247,7 +247,7 @@ impl Places {
                     _ => simd.pairs(line, at),
                 };
                 let fraction = load::<S>(&self.fraction[n..]);
-                let value = simd.mul_add_e_f32s(fraction, simd.sub_f32s(high, low), low);
+                let value = simd.times_plus(fraction, simd.sub_f32s(high, low), low);
                 store::<S>(&mut held[n..], value);
             }
         }
@@ -314,7 +314,7 @@ impl Lines {
             let lines: &[Wide; 3] = held[line..].first_chunk().expect("three lines");
             for n in (0..LANES).step_by(S::F32_LANES) {
                 let [base, step] = [load::<S>(&self.base[n..]), load::<S>(&self.step[n..])];
-                let at = simd.mul_add_e_f32s(simd.splat_f32s(q as f32), step, base);
+                let at = simd.times_plus(simd.splat_f32s(q as f32), step, base);
                 let above = simd.add_f32s(at, simd.splat_f32s(self.whole[q]));
                 let value = if self.close {
                     // Across the first cell, and on into the second.
@@ -322,8 +322,8 @@ impl Lines {
                     let second = simd.sub_f32s(above, first);
                     let (a, b, c) =
                         (load::<S>(&lines[0][n..]), load::<S>(&lines[1][n..]), load::<S>(&lines[2][n..]));
-                    let value = simd.mul_add_e_f32s(first, simd.sub_f32s(b, a), a);
-                    simd.mul_add_e_f32s(second, simd.sub_f32s(c, b), value)
+                    let value = simd.times_plus(first, simd.sub_f32s(b, a), a);
+                    simd.times_plus(second, simd.sub_f32s(c, b), value)
                 } else {
                     self.apart::<S>(held, n, above, q)
                 };
@@ -332,7 +332,7 @@ impl Lines {
                     let from = simd.max_f32s(load::<S>(&enter[q][n..]), simd.splat_f32s(s - 0.5));
                     let to = simd.min_f32s(load::<S>(&leave[q][n..]), simd.splat_f32s(s + 0.5));
                     let weight = simd.max_f32s(simd.sub_f32s(to, from), simd.splat_f32s(0.0));
-                    simd.mul_add_e_f32s(weight, value, old)
+                    simd.times_plus(weight, value, old)
                 } else {
                     simd.add_f32s(old, value)
                 };
