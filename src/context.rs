@@ -8,6 +8,7 @@ use std::sync::Arc;
 use crate::effects::ScatterCache;
 use crate::engine::{Backend, Device, DeviceChoice, unsupported_queues};
 use crate::error::{Error, Result};
+use crate::plan::Plan;
 use crate::planner::{Cache, Costs};
 use crate::volume::{Volume, Voxels};
 
@@ -108,7 +109,8 @@ impl Context {
     /// # Errors
     /// `OutOfMemory`.
     pub(crate) fn look_into(&self, volume: &Volume) -> Result<()> {
-        let looks = self.backend == Backend::Cpu && !matches!(volume.voxels(), Voxels::Texture { .. });
+        let is_here = !matches!(volume.voxels(), Voxels::Texture { .. });
+        let looks = is_here && Plan::looks_into(self.backend, volume);
         if looks { self.install(|| volume.occupancy().map(|_| ())) } else { Ok(()) }
     }
 

@@ -59,7 +59,8 @@ pub struct Plan {
     /// Effects that the scene asks for and that change too little.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<LeftOut>,
-    /// The part of the volume's bricks of 8×8×8 voxels that hold nothing; known to the engine `cpu` only.
+    /// The part of the volume's bricks of 8×8×8 voxels that hold nothing; known to the engine `cpu` only, of
+    /// volumes that are not small.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub empty: Option<f64>,
     /// What all of it took per view, s, where it was measured.
@@ -108,10 +109,8 @@ impl Plan {
             .map(|label| PlannedMaterial { label: label as u8, name: names[label].clone() })
             .collect();
         let labels = materials.iter().fold(0, |labels, material| labels | 1 << material.label);
-        let empty = match engine {
-            Backend::Cpu => Some(volume.occupancy()?.empty(labels)),
-            _ => None,
-        };
+        let empty =
+            if Self::looks_into(engine, volume) { Some(volume.occupancy()?.empty(labels)) } else { None };
         let mut plan = Self {
             empty,
             version: crate::VERSION,
@@ -152,6 +151,11 @@ impl Plan {
         plan.stages = stage::stages(&plan, scene, volume);
         plan.omissions = stage::omissions(&plan, scene, volume);
         plan
+    }
+
+    /// Whether a plan asks where a volume is empty. To find out of fewer voxels than there are codes costs more than it saves.
+    pub(crate) fn looks_into(engine: Backend, volume: &Volume) -> bool {
+        engine == Backend::Cpu && volume.grid().voxel_count() >= 1 << 16
     }
 
     /// Whether to look where each ray first and last meets something pays: it costs as much as some samples, and saves those

@@ -21,7 +21,7 @@ mod window;
 
 use std::borrow::Cow;
 use std::ops::Range;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use glam::Vec4;
 use rayon::prelude::*;
@@ -72,8 +72,9 @@ pub struct Cpu {
     occupied: Option<Occupied>,
     bone: Option<Indicator>,
     signal: Signal,
-    /// How neighbouring rays are cast together, where they can.
-    sweep: Option<Sweep>,
+    /// Whether neighbouring rays are cast together where that pays, and how: made when it first does.
+    sweeps: bool,
+    sweep: OnceLock<Option<Sweep>>,
     /// Of what is swept.
     level: Kind,
 }
@@ -106,7 +107,8 @@ impl Cpu {
         let occupied = if plan.looks_for_ends() { Some(volume.occupancy()?.of(seen)?) } else { None };
         let bone = scene.bone.filter(|&bone| volume.materials()[usize::from(bone)].labelled);
         Ok(Self {
-            sweep: Sweep::new(&volume, &labels, &plan.method)?,
+            sweeps: Sweep::has(&volume, &labels, &plan.method),
+            sweep: OnceLock::new(),
             level: Kind::chosen(),
             algorithm: plan.method.algorithm,
             accumulation: plan.method.accumulation,
@@ -120,6 +122,10 @@ impl Cpu {
             occupied,
             volume,
         })
+    }
+
+    fn sweep(&self) -> Option<&Sweep> {
+        self.sweep.get_or_init(|| Sweep::new(&self.volume, &self.labels)).as_ref()
     }
 
     /// By the view's own tables, where it has some.
@@ -275,12 +281,13 @@ impl Engine for Cpu {
         let (mut swept, mut marched) = (Vec::new(), Vec::new());
         for (v, view) in job.views.iter().enumerate() {
             let beam = view.beam.on_ray_grid(self.supersampling);
-            match &self.sweep {
-                Some(_) if Sweep::pays(&beam, rays.size) => swept.push((v, beam)),
-                _ => marched.push((v, view)),
+            if self.sweeps && Sweep::pays(&beam, rays.size) && self.sweep().is_some() {
+                swept.push((v, beam));
+            } else {
+                marched.push((v, view));
             }
         }
-        if let Some(sweep) = &self.sweep {
+        if let (Some(sweep), false) = (self.sweep.get().and_then(Option::as_ref), swept.is_empty()) {
             let cast = Cast { level: self.level, volume: &self.volume, rays, progress: &job.progress };
             sweep.project(cast, &swept, &|v, beam, part, met| {
                 let values = Developed { cpu: self, view: &job.views[v], layers: job.layers, part, met }

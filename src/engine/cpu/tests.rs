@@ -60,7 +60,7 @@ fn same_bits(volume: &Arc<Volume>, method: Method, layers: Layers) {
     };
     let mut engine = Cpu::new(volume.clone(), &scene, &plan).expect("valid");
     // Only tiles look for the ends of rays.
-    engine.sweep = None;
+    engine.sweeps = false;
     let occupied = volume.occupancy().and_then(|occupancy| occupancy.of(Matter::ANY)).expect("memory");
     engine.occupied = Some(occupied);
     let tightened = project(&engine);

@@ -87,24 +87,24 @@ struct Group {
 }
 
 impl Sweep {
-    /// `None` where only tiles march: other algorithms, sums and voxels, and tables that lines do not describe.
-    pub(super) fn new(volume: &Volume, labels: &[u8], method: &Method) -> Result<Option<Self>> {
+    /// Whether rays of a method are swept at all, where that pays.
+    pub(super) fn has(volume: &Volume, labels: &[u8], method: &Method) -> bool {
         let plain = (method.algorithm, method.accumulation, method.storage);
-        if plain != (Algorithm::Joseph, Accumulation::Blocked, Storage::Exact)
-            || !matches!(volume.voxels(), Voxels::Coded { .. })
-            || labels.is_empty()
-        {
-            return Ok(None);
-        }
+        plain == (Algorithm::Joseph, Accumulation::Blocked, Storage::Exact)
+            && matches!(volume.voxels(), Voxels::Coded { .. })
+            && !labels.is_empty()
+    }
+
+    /// `None` where lines do not describe what codes mean.
+    pub(super) fn new(volume: &Volume, labels: &[u8]) -> Option<Self> {
         let meanings: Vec<_> = (0..=u16::MAX).map(|code| volume.meaning(code)).collect();
-        let Some(densities) = Densities::of(&meanings, labels) else { return Ok(None) };
+        let densities = Densities::of(&meanings, labels)?;
         let accumulator = |byte: usize| {
             let holds = |&(_, &label): &(usize, &u8)| byte >> label & 1 != 0;
             labels.iter().enumerate().filter(holds).fold(0, |all, (lane, _)| all | 1 << lane)
         };
         let accumulators = Box::new(std::array::from_fn(accumulator));
-        volume.occupancy()?;
-        Ok(Some(Self { densities, accumulators }))
+        Some(Self { densities, accumulators })
     }
 
     /// Whether neighbouring rays share most of what they read.

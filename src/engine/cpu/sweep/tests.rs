@@ -130,9 +130,9 @@ fn rows_on_voxels_are_seen_at_the_ends_of_bands() {
                 View::Projection(Projection { matrix, source: DVec3::NAN }),
             ];
             for (v, view) in views.into_iter().enumerate() {
-                let sweep = engine.sweep.take();
+                engine.sweeps = false;
                 let twin = images(&engine, &[view], size);
-                engine.sweep = sweep;
+                engine.sweeps = true;
                 for level in Kind::available() {
                     engine.level = level;
                     let off = off(&images(&engine, &[view], size).areal_density, &twin.areal_density);
@@ -156,9 +156,9 @@ fn every_level_sees_what_tiles_see() {
             let mut engine = engine(&volume, &scene);
             let mut swept = 0;
             for (name, view) in views(&grid, size, pitch) {
-                let sweep = engine.sweep.take();
+                engine.sweeps = false;
                 let twin = images(&engine, &[view], size);
-                engine.sweep = sweep;
+                engine.sweeps = true;
                 let beam = Beam::new(&view, &grid, size).expect("valid").on_ray_grid(supersampling);
                 swept += usize::from(Sweep::pays(&beam, size.map(|side| side * supersampling)));
                 for level in Kind::available() {
