@@ -26,6 +26,7 @@ int main(void) {
     for (int i = 0; i < MATERIALS * 136; i++) heavy[i] = 2.0f; /* cm^2/g: exp(-51) along the rod */
     DrrScene scene = water_scene();
     scene.mass_attenuation = heavy;
+    scene.algorithm = DRR_ALGORITHM_SIDDON; /* rays that are cast side by side, Joseph's, do not stop */
     OK(drr_projector_create(volume, &scene, &projector));
 
     const DrrDetectorPose pose = water_pose(0.0);
