@@ -142,16 +142,29 @@ pub(super) unsafe fn with_cache(
 ) -> Result<()> {
     // SAFETY: the caller's promise is the same.
     let value = unsafe { handle::borrow("raycast", raycast)? };
-    let place = || value.cache.lock().unwrap_or_else(PoisonError::into_inner);
-    let taken = place().take();
-    let mut cache =
+    let taken = value.cache.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let cache =
         taken.ok_or_else(|| Error::invalid("raycast", "in use by another call", "one call at a time"))?;
-    let done = work(&mut cache);
-    if done.is_err() {
-        cache.clear();
+    let mut taken = Taken { from: &value.cache, cache: Some(cache), worked: false };
+    taken.cache.as_mut().map_or(Ok(()), work)?;
+    taken.worked = true;
+    Ok(())
+}
+
+/// A cache that goes back to its handle, empty unless the work was done, also when it panics.
+struct Taken<'a> {
+    from: &'a Mutex<Option<RayCache>>,
+    cache: Option<RayCache>,
+    worked: bool,
+}
+
+impl Drop for Taken<'_> {
+    fn drop(&mut self) {
+        if let (Some(cache), false) = (&mut self.cache, self.worked) {
+            cache.clear();
+        }
+        *self.from.lock().unwrap_or_else(PoisonError::into_inner) = self.cache.take();
     }
-    *place() = Some(cache);
-    done
 }
 
 /// Makes an empty cache for `volume`. On success `*raycast` is a new handle, to be given to drr_raycast_destroy; on failure

@@ -1,7 +1,5 @@
 //! Which bricks of a volume hold what counts, on all levels.
 
-use std::ops::Range;
-
 use rayon::prelude::*;
 
 use crate::allocation::filled;
@@ -91,29 +89,6 @@ impl Occupied {
         self.levels[0].occupied.iter().all(|&occupied| occupied)
     }
 
-    /// The smallest box of whole bricks around all that counts, as voxels along each axis; `None` where nothing does.
-    pub fn content(&self) -> Option<[Range<usize>; 3]> {
-        let finest = &self.levels[0];
-        let mut ends: Option<[Range<usize>; 3]> = None;
-        for (line, bricks) in finest.occupied.chunks(finest.count[0]).enumerate() {
-            let Some(first) = bricks.iter().position(|&occupied| occupied) else { continue };
-            let last = bricks.iter().rposition(|&occupied| occupied).unwrap_or(first);
-            let [j, k] = [line % finest.count[1], line / finest.count[1]];
-            let here = [first..last + 1, j..j + 1, k..k + 1];
-            ends = Some(match ends {
-                None => here,
-                Some(ends) => std::array::from_fn(|axis| {
-                    ends[axis].start.min(here[axis].start)..ends[axis].end.max(here[axis].end)
-                }),
-            });
-        }
-        ends.map(|ends| {
-            std::array::from_fn(|axis| {
-                ends[axis].start * BRICK..(ends[axis].end * BRICK).min(self.dimensions[axis])
-            })
-        })
-    }
-
     /// By brick, x fastest, what `shaders/vacuum.h` reads: 0 where neither it nor a brick beside it, also diagonally, holds
     /// anything that counts. Interpolation at a point of the brick reads nothing else.
     ///
@@ -181,11 +156,8 @@ mod tests {
     }
 
     #[test]
-    fn the_content_is_the_smallest_box_of_bricks() {
-        assert_eq!(of_one([33, 20, 17], [32, 9, 16]).content(), Some([32..33, 8..16, 16..17]));
-        assert_eq!(Occupied::new([9, 9, 9], |_| false).expect("little memory").content(), None);
+    fn a_volume_is_full_when_every_brick_holds_something() {
         let two = Occupied::new([33, 20, 17], |at| at == 1 || at == 5).expect("little memory");
-        assert_eq!(two.content(), Some([0..16, 0..16, 0..8]));
         assert!(!two.is_full() && Occupied::new([9, 9, 9], |_| true).expect("little memory").is_full());
     }
 }

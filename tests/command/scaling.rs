@@ -18,9 +18,9 @@ fn scaling_measures_growing_counts_and_draws_them() {
         ("voxels per side", "6² pixels, 1 view", vec![2, 4, 8, 16]),
         ("views", "4³ voxels, 6² pixels", vec![1, 2, 3]),
     ];
-    let sweeps = report["sweeps"].as_array().expect("sweeps");
-    assert_eq!(sweeps.len(), expected.len());
-    for (sweep, (of, held, counts)) in sweeps.iter().zip(expected) {
+    let all = report["series"].as_array().expect("series");
+    assert_eq!(all.len(), expected.len());
+    for (sweep, (of, held, counts)) in all.iter().zip(expected) {
         assert_eq!((sweep["of"].as_str(), sweep["held"].as_str()), (Some(of), Some(held)));
         let steps = sweep["steps"].as_array().expect("steps");
         assert_eq!(steps.iter().map(|step| step["count"].clone()).collect::<Vec<_>>(), counts, "{of}");

@@ -36,7 +36,7 @@ const FEWEST: usize = 3;
 pub(super) type Most = [usize; 3];
 
 /// Times of growing counts of one thing.
-struct Sweep {
+struct Series {
     name: &'static str,
     growth: Growth,
     steps: Vec<(usize, Times)>,
@@ -66,7 +66,7 @@ pub(super) fn run(
     console: Console,
 ) -> Result<ExitCode> {
     prepare(folder)?;
-    let sweeps = Stand { setup, runs, console }.sweeps(most)?;
+    let all_series = Stand { setup, runs, console }.all_series(most)?;
     let context = &setup.context;
     let report = json!({
         "engine": context.backend().name(),
@@ -74,15 +74,15 @@ pub(super) fn run(
         "algorithm": setup.method.to_string(),
         "threads": context.threads(),
         "version": drr::VERSION,
-        "sweeps": sweeps.each_ref().map(Sweep::to_json),
+        "series": all_series.each_ref().map(Series::to_json),
     });
     write_text(&folder.join("scaling.json"), &format!("{report:#}\n"))?;
     if as_json {
         Console::answer(&report);
     }
     let scene = format!("{} on {}", setup.method, context.backend().name());
-    for sweep in &sweeps {
-        sweep.say(&scene, console);
+    for series in &all_series {
+        series.say(&scene, console);
     }
     let sheet = GrowthSheet {
         title: "How the time of a projection grows".into(),
@@ -90,7 +90,7 @@ pub(super) fn run(
             "{scene}, a thorax with noise; {} threads where they do not grow.",
             context.threads()
         ),
-        panels: sweeps.map(|sweep| sweep.growth),
+        panels: all_series.map(|series| series.growth),
     };
     sheet.write_svg(&folder.join("scaling.svg"))?;
     sheet.write_png(&folder.join("scaling.png"))?;
@@ -98,7 +98,7 @@ pub(super) fn run(
 }
 
 impl Stand<'_> {
-    fn sweeps(&self, [voxels, pixels, views]: Most) -> Result<[Sweep; 4]> {
+    fn all_series(&self, [voxels, pixels, views]: Most) -> Result<[Series; 4]> {
         let held = Size { voxels: voxels.div_ceil(HELD), pixels: pixels.div_ceil(HELD), views: 1 };
         let context = &self.setup.context;
         let volume = self.volume(held.voxels)?;
@@ -106,29 +106,29 @@ impl Stand<'_> {
             all if all == context.work_threads() => Ok(context.clone()),
             fewer => Context::new(context.backend(), fewer).context("--threads"),
         };
-        let threads = self.sweep("threads", -1.0, held, doubled(context.work_threads()), |threads| {
+        let threads = self.series("threads", -1.0, held, doubled(context.work_threads()), |threads| {
             self.times(&on(threads)?, &volume, held)
         })?;
-        let detectors = self.sweep("pixels per side", 2.0, held, halved(pixels, DETECTORS), |pixels| {
+        let detectors = self.series("pixels per side", 2.0, held, halved(pixels, DETECTORS), |pixels| {
             self.times(context, &volume, Size { pixels, ..held })
         })?;
-        let volumes = self.sweep("voxels per side", 1.0, held, halved(voxels, VOLUMES), |voxels| {
+        let volumes = self.series("voxels per side", 1.0, held, halved(voxels, VOLUMES), |voxels| {
             self.times(context, &self.volume(voxels)?, Size { voxels, ..held })
         })?;
-        let views = self.sweep("views", 1.0, held, doubled(views), |views| {
+        let views = self.series("views", 1.0, held, doubled(views), |views| {
             self.times(context, &volume, Size { views, ..held })
         })?;
         Ok([threads, detectors, volumes, views])
     }
 
-    fn sweep(
+    fn series(
         &self,
         name: &'static str,
         power: f64,
         held: Size,
         counts: Vec<usize>,
         times: impl Fn(usize) -> Result<Times>,
-    ) -> Result<Sweep> {
+    ) -> Result<Series> {
         let bar = self.console.bar(name, counts.len());
         let mut steps = Vec::new();
         for count in counts {
@@ -148,7 +148,7 @@ impl Stand<'_> {
         let held: Vec<String> =
             parts.into_iter().filter(|(of, _)| *of != name).map(|(_, text)| text).collect();
         let points = steps.iter().map(point).collect();
-        Ok(Sweep {
+        Ok(Series {
             name,
             growth: Growth { held: held.join(", "), x_label: name.into(), points, power },
             steps,
@@ -189,7 +189,7 @@ impl Stand<'_> {
     }
 }
 
-impl Sweep {
+impl Series {
     fn to_json(&self) -> serde_json::Value {
         let steps: Vec<_> = self
             .steps
