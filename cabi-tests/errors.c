@@ -17,8 +17,8 @@
 static int infallible(void) {
     CHECK(drr_last_error_message()[0] == '\0');
     CHECK(strcmp(drr_status_name(DRR_STATUS_UNSUPPORTED), "DRR_STATUS_UNSUPPORTED") == 0);
-    CHECK(strcmp(drr_status_name(DRR_STATUS_DEVICE), "DRR_STATUS_DEVICE") == 0);
-    CHECK(strcmp(drr_status_name(DRR_STATUS_DEVICE + 1), "unknown status") == 0);
+    CHECK(strcmp(drr_status_name(DRR_STATUS_FILE), "DRR_STATUS_FILE") == 0);
+    CHECK(strcmp(drr_status_name(DRR_STATUS_FILE + 1), "unknown status") == 0);
     CHECK(strcmp(drr_status_name(UINT32_MAX), "unknown status") == 0);
     CHECK(drr_version_number() == 10000 * DRR_VERSION_MAJOR + 100 * DRR_VERSION_MINOR + DRR_VERSION_PATCH);
     CHECK(drr_version()[0] != '\0');

@@ -58,7 +58,7 @@ typedef struct Given {
         *certificate, *exposure, *geometry, *parallel, *transform, *pose_gradient, *pivot, *parameters, *measured,
         *mask, *lengths, *loss, *gradient, *hessian, *image, *jacobian, *images, *raycast, *camera, *rays, *samples,
         *matter, *spans, *statistics;
-    const char *name;
+    const char *name, *path;
     double angle_degrees, source_axis_mm, source_detector_mm, pixel_mm, first_energy_kev, energy_step_kev, step_voxels;
     size_t width, height, energy_count, view_count, ray_count;
     DrrAlgorithm algorithm;

@@ -3,6 +3,7 @@
 #define VOLUME_ROWS_H
 
 #include "context_rows.h"
+#include "nifti.h"
 
 static DrrStatus call_volume_create(const Given *g) {
     return drr_volume_create((const DrrContext *)g->context, (const DrrVolumeDescriptor *)g->descriptor,
@@ -29,6 +30,21 @@ static void volume_place_and_texture(Given *g) {
     g->texture = &g->to.handle;
 }
 static void destroy_made_volume(const Given *g) { drr_volume_destroy((DrrVolume *)g->to.handle); }
+/* Builds without readers of files refuse a good file, last of all. */
+static DrrStatus call_volume_load(const Given *g) {
+    const DrrStatus status = drr_volume_load((const DrrContext *)g->context, g->path,
+                                             (DrrVolumeDescriptor *)g->descriptor, (DrrVolume **)g->volume);
+    return status == DRR_STATUS_UNSUPPORTED ? DRR_STATUS_OK : status;
+}
+static void volume_place_and_path(Given *g) {
+    volume_place(g);
+    g->path = nifti_path();
+    write_nifti(g->path, &g->to.descriptor, g->to.hu, sizeof g->to.hu);
+}
+static void destroy_loaded_volume(const Given *g) {
+    destroy_made_volume(g);
+    remove(g->path);
+}
 static DrrStatus call_volume_destroy(const Given *g) { return drr_volume_destroy((DrrVolume *)g->volume); }
 static void no_volume(Given *g) { g->volume = NULL; }
 
@@ -37,6 +53,7 @@ static const Function volume_create = {"drr_volume_create", volume_place, call_v
                                                call_volume_create_float32, destroy_made_volume},
                       volume_create_texture = {"drr_volume_create_metal_texture", volume_place_and_texture,
                                                call_volume_create_texture, NULL},
+                      volume_load = {"drr_volume_load", volume_place_and_path, call_volume_load, destroy_loaded_volume},
                       volume_destroy = {"drr_volume_destroy", no_volume, call_volume_destroy, NULL};
 
 /* 2^45 voxels: each side is valid. */
@@ -88,13 +105,24 @@ static void volume_destroyed(Given *g) {
     {f, "descriptor.index_to_world", kind, setting, change, INVALID,                                                \
      "descriptor.index_to_world is singular (ratio",                                                                \
      "|det|/(product of column norms) ≥ 1e-6"}
-#define GRID_ROWS(f)                                                                                                \
+#define MADE_IN_ROWS(f)                                                                                             \
     {f, "context", "NULL", NULL, POINT(context, NULL), INVALID, "context is NULL;", "a DrrContext"},                \
     {f, "context", "misaligned", context_askew, NOTHING, INVALID, "context is 0x", "a DrrContext"},                 \
     {f, "context", "foreign", context_foreign, NOTHING, INVALID, "context is no such handle;", "a DrrContext"},     \
     {f, "context", "destroyed", context_destroyed, NOTHING, INVALID, "context is ", "a DrrContext"},                \
     POINTER_ROWS(f, descriptor, descriptor, "8 bytes"),                                                             \
-    STRUCT_SIZE_ROWS(f, "descriptor", descriptor, "168"),                                                           \
+    STRUCT_SIZE_ROWS(f, "descriptor", descriptor, "168")
+#define MEANING_ROWS(f)                                                                                             \
+    {f, "descriptor.calibration", "unknown", NULL, PUT(to.descriptor.calibration, uint32_t, 4), INVALID,            \
+     "descriptor.calibration is 4;", "DRR_CALIBRATION constants, 0 … 3"},                                           \
+    {f, "descriptor.calibration", "unknown", NULL, PUT(to.descriptor.calibration, uint32_t, UINT32_MAX), INVALID,   \
+     "descriptor.calibration is 4294967295;", "DRR_CALIBRATION constants, 0 … 3"},                                  \
+    {f, "descriptor.thresholds", "unknown", NULL, PUT(to.descriptor.thresholds, uint32_t, 4), INVALID,              \
+     "descriptor.thresholds is 4;", "DRR_THRESHOLDS constants, 0 … 3"},                                             \
+    {f, "descriptor.thresholds", "unknown", NULL, PUT(to.descriptor.thresholds, uint32_t, UINT32_MAX), INVALID,     \
+     "descriptor.thresholds is 4294967295;", "DRR_THRESHOLDS constants, 0 … 3"}
+#define GRID_ROWS(f)                                                                                                \
+    MADE_IN_ROWS(f),                                                                                                \
     DIMENSION_ROWS(f, 0), DIMENSION_ROWS(f, 1), DIMENSION_ROWS(f, 2),                                               \
     {f, "descriptor.dimensions", "product", all_sides_largest, NOTHING, INVALID,                                    \
      "descriptor.dimensions is [32768, 32768, 32768];", "at most 4294967296 voxels in all"},                        \
@@ -114,14 +142,7 @@ static void volume_destroyed(Given *g) {
     SINGULAR_ROW(f, "singular", NULL, PUT(to.descriptor.index_to_world[5], double, 0.0)),                           \
     SINGULAR_ROW(f, "singular", singular, NOTHING),                                                                 \
     SINGULAR_ROW(f, "nearly singular", nearly_singular_and_large, NOTHING),                                         \
-    {f, "descriptor.calibration", "unknown", NULL, PUT(to.descriptor.calibration, uint32_t, 4), INVALID,            \
-     "descriptor.calibration is 4;", "DRR_CALIBRATION constants, 0 … 3"},                                           \
-    {f, "descriptor.calibration", "unknown", NULL, PUT(to.descriptor.calibration, uint32_t, UINT32_MAX), INVALID,   \
-     "descriptor.calibration is 4294967295;", "DRR_CALIBRATION constants, 0 … 3"},                                  \
-    {f, "descriptor.thresholds", "unknown", NULL, PUT(to.descriptor.thresholds, uint32_t, 4), INVALID,              \
-     "descriptor.thresholds is 4;", "DRR_THRESHOLDS constants, 0 … 3"},                                             \
-    {f, "descriptor.thresholds", "unknown", NULL, PUT(to.descriptor.thresholds, uint32_t, UINT32_MAX), INVALID,     \
-     "descriptor.thresholds is 4294967295;", "DRR_THRESHOLDS constants, 0 … 3"}
+    MEANING_ROWS(f)
 #define PLACE_ROWS(f) GRID_ROWS(f), POINTER_ROWS(f, volume, handle, "8 bytes")
 #define VOXELS_ROWS(f, voxels, alignment)                                                                           \
     {f, "hu", "NULL", NULL, POINT(hu, NULL), INVALID, "hu is NULL;", "a pointer to 24 values"},                     \
@@ -140,6 +161,13 @@ static const Row volume_rows[] = {
     VOXELS_ROWS(&volume_create, hu, "2 bytes"),
     VOXELS_ROWS(&volume_create_float32, hu_float32, "4 bytes"),
     POINTER_ROWS(&volume_create_texture, texture, hu, "8 bytes"),
+    MADE_IN_ROWS(&volume_load),
+    MEANING_ROWS(&volume_load),
+    POINTER_ROWS(&volume_load, volume, handle, "8 bytes"),
+    {&volume_load, "path", "NULL", NULL, PUT(path, const char *, NULL), INVALID, "path is NULL;", "a pointer"},
+    {&volume_load, "path", "not UTF-8", NULL, PUT(path, const char *, "\xff.nii"), INVALID, "path is ", "UTF-8"},
+    {&volume_load, "path", "unknown", NULL, PUT(path, const char *, "missing.nii"), DRR_STATUS_FILE, "missing.nii: ",
+     "No such file"},
     VOXEL_ROW("NaN", NAN, "NaN"),
     VOXEL_ROW("+Inf", INFINITY, "inf"),
     VOXEL_ROW("-Inf", -INFINITY, "-inf"),

@@ -137,6 +137,9 @@ typedef uint32_t DrrStatus;
 /// now on; a new context can tell whether the GPU is.
 #define DRR_STATUS_DEVICE 6
 
+/// A file is not there, cannot be read, is damaged, or is not what it claims to be. The message begins with its path.
+#define DRR_STATUS_FILE 7
+
 /// The name of a status, such as "DRR_STATUS_OK", or "unknown status". A static string; never NULL. Any thread.
 const char *drr_status_name(DrrStatus status);
 
@@ -307,6 +310,18 @@ DrrStatus drr_volume_create_float32(const DrrContext *context,
 
 /// Gives a volume up; its projectors stay valid. NULL is nothing. As drr_context_destroy.
 DrrStatus drr_volume_destroy(struct DrrVolume *volume);
+
+/// Makes a volume of a CT in a file, slice by slice: memory for one slice is needed beside the volume.
+///
+/// `path` is UTF-8 and ends in NUL: NIfTI-1 (.nii, .nii.gz). Of `*descriptor`, calibration and thresholds are read;
+/// on success its dimensions and index_to_world become those of the file, in a world that is LPS (x to the patient's
+/// left, y to the back, z to the head), and `*volume` is a new handle, to be given to drr_volume_destroy. On failure
+/// both are left as they are. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_FILE, DRR_STATUS_OUT_OF_MEMORY, or
+/// DRR_STATUS_UNSUPPORTED in builds without readers of files (the Cargo feature `formats`). Any thread.
+DrrStatus drr_volume_load(const DrrContext *context,
+                          const char *path,
+                          DrrVolumeDescriptor *descriptor,
+                          DrrVolume **volume);
 
 /// Makes a volume of the int16 CT numbers in a texture of Metal's, which are read where they are: nothing is copied.
 ///

@@ -56,3 +56,4 @@ pub mod scene;
 pub mod status;
 pub mod version;
 pub mod volume;
+pub mod volume_file;

@@ -29,6 +29,9 @@ pub const DRR_STATUS_CANCELLED: DrrStatus = 5;
 /// now on; a new context can tell whether the GPU is.
 pub const DRR_STATUS_DEVICE: DrrStatus = 6;
 
+/// A file is not there, cannot be read, is damaged, or is not what it claims to be. The message begins with its path.
+pub const DRR_STATUS_FILE: DrrStatus = 7;
+
 /// The status that stands for an error.
 pub(super) fn of(error: &Error) -> DrrStatus {
     match error {
@@ -37,8 +40,8 @@ pub(super) fn of(error: &Error) -> DrrStatus {
         Error::OutOfMemory { .. } => DRR_STATUS_OUT_OF_MEMORY,
         Error::Cancelled => DRR_STATUS_CANCELLED,
         Error::Device(_) => DRR_STATUS_DEVICE,
-        // No function of the C ABI touches a file.
-        Error::Poisoned { .. } | Error::File { .. } => DRR_STATUS_INTERNAL,
+        Error::File { .. } => DRR_STATUS_FILE,
+        Error::Poisoned { .. } => DRR_STATUS_INTERNAL,
     }
 }
 
@@ -53,6 +56,7 @@ pub extern "C" fn drr_status_name(status: DrrStatus) -> *const c_char {
         DRR_STATUS_INTERNAL => c"DRR_STATUS_INTERNAL",
         DRR_STATUS_CANCELLED => c"DRR_STATUS_CANCELLED",
         DRR_STATUS_DEVICE => c"DRR_STATUS_DEVICE",
+        DRR_STATUS_FILE => c"DRR_STATUS_FILE",
         _ => c"unknown status",
     };
     name.as_ptr()

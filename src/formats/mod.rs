@@ -5,6 +5,7 @@
 
 mod colour_picture;
 mod ct;
+mod ct_volume;
 mod curve;
 mod error_map;
 mod exr;
@@ -28,6 +29,7 @@ use crate::error::Error;
 
 pub use colour_picture::{ColourPicture, Rgb};
 pub use ct::{CtHeader, CtReader, Slice, VoxelKind, open_ct};
+pub use ct_volume::read_volume;
 pub use curve::read_curve;
 pub use error_map::{error_colour, error_map};
 pub use exr::{ExrImage, read_exr_metadata, write_exr};

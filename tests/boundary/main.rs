@@ -20,6 +20,7 @@ use drr::capi::projector::*;
 use drr::capi::scene::*;
 use drr::capi::version::*;
 use drr::capi::volume::*;
+use drr::capi::volume_file::*;
 use drr::shared::{DrrBool, ProjectionUniforms};
 use given::*;
 
@@ -133,7 +134,7 @@ fn a_failing_call_writes_nothing_and_says_why() {
     let misaligned = DrrOutputs { intensity: odd, ..outputs };
     let older = DrrOutputs { struct_size: 8, ..outputs };
     let mut place = null_mut();
-    let (hu, mut labels, descriptor) = (HU.map(f32::from), LABELS, descriptor());
+    let (hu, mut labels, mut descriptor) = (HU.map(f32::from), LABELS, descriptor());
     labels[11] = 8;
     // SAFETY: live handles, or pointers that are refused before anything is read behind them.
     unsafe {
@@ -157,6 +158,8 @@ fn a_failing_call_writes_nothing_and_says_why() {
             drr_volume_create_float32(context, &raw const descriptor, hu, labels, &raw mut place)
         };
         refused(create(hu.as_ptr(), labels.as_ptr()), "labels at voxel [2, 1, 1] is 8");
+        let load = drr_volume_load(context, null(), &raw mut descriptor, &raw mut place);
+        refused(load, "path is NULL");
         refused(drr_context_destroy(volume.cast()), "context is no such handle");
         refused(drr_context_options_init(null_mut()), "options is NULL");
     }

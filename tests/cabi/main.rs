@@ -22,12 +22,13 @@ use thread_sanitizer::ThreadSanitizer;
 use toolchain::{Compiler, Library, launch, run};
 
 /// Programs of `cabi-tests/`.
-const PROGRAMS: [&str; 21] = [
+const PROGRAMS: [&str; 22] = [
     "layout",
     "minimal",
     "errors",
     "accepted",
     "lifecycle",
+    "load",
     "threads",
     "threads_and_volumes",
     "cancel",
