@@ -140,7 +140,7 @@ typedef uint32_t DrrStatus;
 /// A file is not there, cannot be read, is damaged, or is not what it claims to be. The message begins with its path.
 #define DRR_STATUS_FILE 7
 
-/// The name of a status, such as "DRR_STATUS_OK", or "unknown status". A static string; never NULL. Any thread.
+/// The name of `status`, such as "DRR_STATUS_OK", or "unknown status". A static string; never NULL. Any thread.
 const char *drr_status_name(DrrStatus status);
 
 /// Why the last failing call of this thread failed, in UTF-8: the argument, its value and the valid range. Empty
@@ -155,7 +155,8 @@ const char *drr_last_error_message(void);
 /// DRR_VERSION_MAJOR, DRR_VERSION_MINOR and DRR_VERSION_PATCH are those of the header a program was compiled with.
 const char *drr_version(void);
 
-/// The version of the library that runs, as a number to compare: 10000 x major + 100 x minor + patch. Any thread.
+/// The version of the library that runs, as a number to compare: 10000 x major + 100 x minor + patch. Cannot fail. Any
+/// thread.
 uint32_t drr_version_number(void);
 
 /// An engine and its threads. Immutable: any number of threads may use one at once. What is made from a context
@@ -639,7 +640,7 @@ typedef struct DrrScene {
 /// Fills `*scene` with the defaults and its size. Fails for NULL. Any thread.
 DrrStatus drr_scene_init(struct DrrScene *scene);
 
-/// States a tolerance by its name: "draft", 10 HU and 1 mm; "standard", the specification's 2 HU and 0.2 mm; "reference",
+/// States a tolerance by its `name`: "draft", 10 HU and 1 mm; "standard", the specification's 2 HU and 0.2 mm; "reference",
 /// 0.1 HU and 0.01 mm. Writes tolerance_hu and tolerance_mm of `*scene`, which drr_scene_init has filled, on success
 /// only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
 DrrStatus drr_scene_set_preset(struct DrrScene *scene,
@@ -734,7 +735,7 @@ DrrStatus drr_projector_destroy(struct DrrProjector *projector);
 /// The string belongs to the projector and lives as long. Any thread.
 const char *drr_projector_describe(const struct DrrProjector *projector);
 
-/// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by projection matrices. Rays are half-lines from the
+/// Projects the `view_count` `views`, 1 to DRR_MAX_VIEWS, given by projection matrices. Rays are half-lines from the
 /// source, or full lines for a parallel beam: no detector ends them.
 ///
 /// `views` and the tables behind their LUT addresses are only read during the call. An address, aligned to 4 bytes, is a
@@ -755,7 +756,7 @@ DrrStatus drr_projector_project(const struct DrrProjector *projector,
                                 size_t view_count,
                                 const DrrOutputs *outputs);
 
-/// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by source and detector in float64. Rays are the segments
+/// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by `poses` in float64, one per view. Rays are the segments
 /// from the source to the pixels' centres: what lies behind a pixel does not count.
 ///
 /// Otherwise as drr_projector_project.
@@ -764,20 +765,21 @@ DrrStatus drr_projector_project_poses(const struct DrrProjector *projector,
                                       size_t view_count,
                                       const DrrOutputs *outputs);
 
-/// What the rays of some views met: the areal density of every material, and where the scene has bone its path, for each
-/// ray. Immutable: any number of threads may develop one at once. Keeps its context alive, and needs neither its
+/// What the rays of some views met: the areal density of every material, and where the scene has bone its path, for
+/// each ray. Immutable: any number of threads may develop one at once. Keeps its context alive, and needs neither its
 /// projector nor its volume.
 typedef struct DrrExposure DrrExposure;
 
-/// Casts the rays of `view_count` views, 1 to DRR_MAX_VIEWS, given by projection matrices, and keeps what they met: 4
-/// bytes per ray and material, and 4 per ray for bone. drr_exposure_develop makes images of it, without another march.
+/// Casts the rays of the `view_count` `views`, 1 to DRR_MAX_VIEWS, given by projection matrices, and keeps what they
+/// met: 4 bytes per ray and material, and 4 per ray for bone. drr_exposure_develop makes images of it, without another
+/// march.
 ///
 /// `views` are only read during the call, and must be without LUT addresses; enableEarlyExit does not matter. A scene
 /// with a focal spot needs views given by poses. `progress` hears how far the call is, and may cancel it, as that of
 /// DrrOutputs; NULL for silence. `progress_data` is handed to it.
 ///
-/// On success `*exposure` is a new handle, to be given to drr_exposure_destroy; on failure `*exposure` is left as it is.
-/// Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, DRR_STATUS_DEVICE when a GPU fails, or
+/// On success `*exposure` is a new handle, to be given to drr_exposure_destroy; on failure `*exposure` is left as it
+/// is. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, DRR_STATUS_DEVICE when a GPU fails, or
 /// DRR_STATUS_CANCELLED. Any thread, also with one projector from many at once.
 DrrStatus drr_exposure_create(const DrrProjector *projector,
                               const ProjectionUniforms *views,
@@ -786,7 +788,7 @@ DrrStatus drr_exposure_create(const DrrProjector *projector,
                               void *progress_data,
                               struct DrrExposure **exposure);
 
-/// Casts the rays of `view_count` views given by source and detector in float64, as for drr_projector_project_poses.
+/// Casts the rays of `view_count` views given by `poses` in float64, one per view, as for drr_projector_project_poses.
 ///
 /// Otherwise as drr_exposure_create.
 DrrStatus drr_exposure_create_poses(const DrrProjector *projector,
@@ -851,14 +853,14 @@ typedef struct DrrCertificate {
 /// Fills `*certificate` with its size, and NaN for what is not known yet. Fails for NULL. Any thread.
 DrrStatus drr_certificate_init(struct DrrCertificate *certificate);
 
-/// Measures the error of what drr_projector_project_poses gives for `view_count` views, 1 to DRR_MAX_VIEWS; of more than
-/// 64, some are looked at. Of a scene with effects it is the rays' error, without the effects and in the first detector
-/// layer. Takes about as long as the projection of a few thousand rays in float64.
+/// Measures the error of what drr_projector_project_poses gives for the `view_count` `poses`, 1 to DRR_MAX_VIEWS; of
+/// more than 64, some are looked at. Of a scene with effects it is the rays' error, without the effects and in the
+/// first detector layer. Takes about as long as the projection of a few thousand rays in float64.
 ///
-/// `poses` are only read during the call. Writes `*certificate`, which drr_certificate_init has filled, on success only.
-/// The same call gives the same numbers. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY,
-/// DRR_STATUS_DEVICE, or DRR_STATUS_UNSUPPORTED for a volume in a texture. Any thread, also with one projector from many
-/// at once.
+/// `poses` are only read during the call. Writes `*certificate`, which drr_certificate_init has filled, on success
+/// only. The same call gives the same numbers. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY,
+/// DRR_STATUS_DEVICE, or DRR_STATUS_UNSUPPORTED for a volume in a texture. Any thread, also with one projector from
+/// many at once.
 DrrStatus drr_projector_certify(const DrrProjector *projector,
                                 const DrrDetectorPose *poses,
                                 size_t view_count,
@@ -889,8 +891,8 @@ typedef struct DrrDeviceOutputs {
 /// Fills `*outputs` with NULL and its size. Fails for NULL. Any thread.
 DrrStatus drr_device_outputs_init(struct DrrDeviceOutputs *outputs);
 
-/// Puts the projection of `view_count` views, 1 to DRR_MAX_VIEWS, into a queue of the caller's, and returns without
-/// waiting for it: what comes later in the queue finds the images complete.
+/// Puts the projection of the `view_count` `views`, 1 to DRR_MAX_VIEWS, into a queue of the caller's, and returns
+/// without waiting for it: what comes later in the queue finds the images complete.
 ///
 /// `queue` is a CUstream of the primary context of the context's GPU, or NULL for its default stream, with
 /// DRR_BACKEND_CUDA; a stream that is being captured is refused. It is an id<MTLCommandBuffer> of the context's GPU,
@@ -900,19 +902,19 @@ DrrStatus drr_device_outputs_init(struct DrrDeviceOutputs *outputs);
 /// their tables and `outputs` are only read during the call; LUT addresses are as for drr_projector_project. The
 /// projector keeps what the queue needs: it must not be destroyed before the queue has run the projection.
 ///
-/// The first call with new images or new kinds of views compiles a kernel, which takes about a second. On failure nothing
-/// of the call is in the queue, but for DRR_STATUS_DEVICE and DRR_STATUS_OUT_OF_MEMORY, after which images may be
-/// written. Fails with DRR_STATUS_INVALID_ARGUMENT; with DRR_STATUS_UNSUPPORTED for contexts of DRR_BACKEND_CPU and
+/// The first call with new images or new kinds of views compiles a kernel, which takes about a second. On failure
+/// nothing of the call is in the queue, but for DRR_STATUS_DEVICE and DRR_STATUS_OUT_OF_MEMORY, after which images may
+/// be written. Fails with DRR_STATUS_INVALID_ARGUMENT; with DRR_STATUS_UNSUPPORTED for contexts of DRR_BACKEND_CPU and
 /// DRR_BACKEND_REFERENCE, and for scenes with effects or a second detector layer, whose images are finished on the CPU.
-/// What goes wrong while the queue runs is told by the queue. Any thread, also with one projector from many at once; two
-/// threads must not use one queue at once where its own rules forbid it.
+/// What goes wrong while the queue runs is told by the queue. Any thread, also with one projector from many at once;
+/// two threads must not use one queue at once where its own rules forbid it.
 DrrStatus drr_projector_encode(const DrrProjector *projector,
                                const ProjectionUniforms *views,
                                size_t view_count,
                                void *queue,
                                const struct DrrDeviceOutputs *outputs);
 
-/// As drr_projector_encode, with views given by source and detector in float64, as for drr_projector_project_poses.
+/// As drr_projector_encode, with views given by `poses` in float64, one per view, as for drr_projector_project_poses.
 DrrStatus drr_projector_encode_poses(const DrrProjector *projector,
                                      const DrrDetectorPose *poses,
                                      size_t view_count,
@@ -922,8 +924,8 @@ DrrStatus drr_projector_encode_poses(const DrrProjector *projector,
 /// Projects in float64, slowly, with any algorithm: what the projector's images are measured against.
 ///
 /// With the scene's own algorithm it is that algorithm's twin; DRR_ALGORITHM_EXACT is the truth about the
-/// interpolated volume. DRR_ALGORITHM_MARCH takes the scene's step_voxels. Views, outputs, failure and threads as
-/// drr_projector_project_poses.
+/// interpolated volume. DRR_ALGORITHM_MARCH takes the scene's step_voxels. The `view_count` `poses`, outputs,
+/// failure and threads are as drr_projector_project_poses has them.
 DrrStatus drr_reference_project(const DrrProjector *projector,
                                 DrrAlgorithm algorithm,
                                 const DrrDetectorPose *poses,
@@ -975,20 +977,20 @@ typedef struct DrrParallelGeometry {
 /// Fills `*geometry` with the defaults and its size. Fails for NULL. Any thread.
 DrrStatus drr_parallel_geometry_init(struct DrrParallelGeometry *geometry);
 
-/// One volume before a parallel beam, in float32: images of it as it moves rigidly, and their derivatives. Immutable: any
-/// number of threads may use one at once. Keeps its context alive.
+/// One volume before a parallel beam, in float32: images of it as it moves rigidly, and their derivatives. Immutable:
+/// any number of threads may use one at once. Keeps its context alive.
 ///
-/// A view has five parameters: alpha, beta, phi, rotations about x, y (the beam) and z, RADIANS, up to 100, right-handed;
-/// dx, dz, translations, mm, up to 1e10. The point q of the volume is then at R q + (dx, 0, dz) with R = R_y(beta) R_x(alpha)
-/// R_z(phi), about the world's origin. A motion along the beam would change nothing.
+/// A view has five parameters: alpha, beta, phi, rotations about x, y (the beam) and z, RADIANS, up to 100,
+/// right-handed; dx, dz, translations, mm, up to 1e10. The point q of the volume is then at R q + (dx, 0, dz) with R =
+/// R_y(beta) R_x(alpha) R_z(phi), about the world's origin. A motion along the beam would change nothing.
 typedef struct DrrParallel DrrParallel;
 
 /// Makes a projector of `volume`: one value per voxel, finite, for instance attenuation per mm. It is copied.
 ///
 /// Geometry and volume are only read during the call. On success `*parallel` is a new handle, to be given to
 /// drr_parallel_destroy; on failure `*parallel` is left as it is. Fails with DRR_STATUS_INVALID_ARGUMENT,
-/// DRR_STATUS_OUT_OF_MEMORY, or what the context's engine adds to that. Any thread; nobody may write to the inputs during
-/// the call.
+/// DRR_STATUS_OUT_OF_MEMORY, or what the context's engine adds to that. Any thread; nobody may write to the inputs
+/// during the call.
 DrrStatus drr_parallel_create(const DrrContext *context,
                               const DrrParallelGeometry *geometry,
                               const float *volume,
@@ -997,25 +999,25 @@ DrrStatus drr_parallel_create(const DrrContext *context,
 /// Gives a projector up. NULL is nothing. As drr_context_destroy.
 DrrStatus drr_parallel_destroy(struct DrrParallel *parallel);
 
-/// The image of one view: line integrals, mm times the volume's unit. Pixel (u, v), u = column, is at
-/// v x detector_columns + u, as in everything that has one value per pixel.
+/// The `image` of one view, one value per pixel: line integrals, mm times the volume's unit. Pixel (u, v), u = column,
+/// is at v x detector_columns + u, as in everything that has one value per pixel.
 ///
-/// `parameters` are 5: alpha, beta, phi (radians), dx, dz (mm). `mask` is one byte per pixel, 0 for rays that do not count:
-/// their pixels are 0; NULL for all; at least one must count. `lengths` are two numbers per pixel, mm: of pixel p the part of
-/// the ray from y = lengths[2 x p] to y = lengths[2 x p + 1] counts, of the step at either end the part inside; NULL for all
-/// of the ray.
+/// `parameters` are 5: alpha, beta, phi (radians), dx, dz (mm). `mask` is one byte per pixel, 0 for rays that do not
+/// count: their pixels are 0; NULL for all; at least one must count. `lengths` are two numbers per pixel, mm: of pixel
+/// p the part of the ray from y = lengths[2 x p] to y = lengths[2 x p + 1] counts, of the step at either end the part
+/// inside; NULL for all of the ray.
 ///
 /// Inputs are only read during the call; `image` is written on success only. Fails with DRR_STATUS_INVALID_ARGUMENT,
-/// DRR_STATUS_OUT_OF_MEMORY, or DRR_STATUS_DEVICE when a GPU fails. Any thread, also with one projector from many at once.
-/// The same call gives the same bytes for any number of threads.
+/// DRR_STATUS_OUT_OF_MEMORY, or DRR_STATUS_DEVICE when a GPU fails. Any thread, also with one projector from many at
+/// once. The same call gives the same bytes for any number of threads.
 DrrStatus drr_parallel_forward_project_view(const struct DrrParallel *parallel,
                                             const double *parameters,
                                             const uint8_t *mask,
                                             const double *lengths,
                                             float *image);
 
-/// The images of `view_count` views, 1 to DRR_MAX_VIEWS: parameter n of view i is parameters[5 x i + n], and pixel (u, v)
-/// of its image is at (i x detector_rows + v) x detector_columns + u.
+/// The `images` of `view_count` views, 1 to DRR_MAX_VIEWS: parameter n of view i is parameters[5 x i + n], and pixel
+/// (u, v) of its image is at (i x detector_rows + v) x detector_columns + u.
 ///
 /// Otherwise as drr_parallel_forward_project_view of every ray.
 DrrStatus drr_parallel_batch_forward_project(const struct DrrParallel *parallel,
@@ -1023,9 +1025,9 @@ DrrStatus drr_parallel_batch_forward_project(const struct DrrParallel *parallel,
                                              size_t view_count,
                                              float *images);
 
-/// The transpose of drr_parallel_batch_forward_project, A: the volume A^T b of `images` b, one finite value per pixel of
-/// every view, for which the scalar product of A x with b is that of x with A^T b for every volume x. In the images' unit,
-/// times mm; what volume the handle was made of does not matter. `volume` is a place for one value per voxel.
+/// The transpose of drr_parallel_batch_forward_project, A: the volume A^T b of `images` b, one finite value per pixel
+/// of every view, for which the scalar product of A x with b is that of x with A^T b for every volume x. In the images'
+/// unit, times mm; what volume the handle was made of does not matter. `volume` is a place for one value per voxel.
 ///
 /// Otherwise as drr_parallel_batch_forward_project; computed on the context's CPU threads, whatever its engine.
 DrrStatus drr_parallel_adjoint(const struct DrrParallel *parallel,
@@ -1035,11 +1037,12 @@ DrrStatus drr_parallel_adjoint(const struct DrrParallel *parallel,
                                float *volume);
 
 /// What a step of Gauss and Newton needs, in one pass: with r = image - measured over the rays that count, and J = its
-/// derivatives with respect to the five parameters, `*loss` is the sum of r^2, halved; gradient[n] the derivative of the
-/// loss with respect to parameter n, which is the n-th entry of J^T r; hessian[5 x m + n] that of J^T J. Per radian, per mm.
+/// derivatives with respect to the five parameters, `*loss` is the sum of r^2, halved; gradient[n] the derivative of
+/// the loss with respect to parameter n, which is the n-th entry of J^T r; hessian[5 x m + n] that of J^T J. Per
+/// radian, per mm.
 ///
-/// `measured` is an image, finite where rays count, and not read elsewhere. `loss` is a place for 1 number, `gradient` for
-/// 5, `hessian` for 25, or NULL.
+/// `measured` is an image, finite where rays count, and not read elsewhere. `loss` is a place for 1 number, `gradient`
+/// for 5, `hessian` for 25, or NULL.
 ///
 /// Otherwise as drr_parallel_forward_project_view.
 DrrStatus drr_parallel_view_loss_value_and_grad(const struct DrrParallel *parallel,
@@ -1051,8 +1054,9 @@ DrrStatus drr_parallel_view_loss_value_and_grad(const struct DrrParallel *parall
                                                 double *gradient,
                                                 double *hessian);
 
-/// The image of one view and its derivatives with respect to the five parameters, per radian and per mm: that of pixel
-/// (u, v) with respect to parameter n is at (n x detector_rows + v) x detector_columns + u. `image` may be NULL.
+/// The image of one view and its derivatives with respect to the five parameters, per radian and per mm. `jacobian` has
+/// 5 values per pixel: that of pixel (u, v) with respect to parameter n is at (n x detector_rows + v) x
+/// detector_columns + u. `image` may be NULL.
 ///
 /// Otherwise as drr_parallel_forward_project_view.
 DrrStatus drr_parallel_view_jacobian(const struct DrrParallel *parallel,
@@ -1113,23 +1117,24 @@ DrrStatus drr_parallel_view_jacobian_f64(const struct DrrParallelF64 *parallel,
                                          double *image,
                                          double *jacobian);
 
-/// The matrix A whose row for a pixel holds the lengths, mm, with which voxels count along the ray to it, in float32: A x
-/// are the line integrals of a volume x, and A^T b is the back-projection of images b, which is the transpose for every
-/// algorithm. The matrix is never stored. Immutable: any number of threads may use one at once. Keeps its context alive.
+/// The matrix A whose row for a pixel holds the lengths, mm, with which voxels count along the ray to it, in float32: A
+/// x are the line integrals of a volume x, and A^T b is the back-projection of images b, which is the transpose for
+/// every algorithm. The matrix is never stored. Immutable: any number of threads may use one at once. Keeps its context
+/// alive.
 ///
-/// Voxel (i, j, k) is at (k x dimensions[1] + j) x dimensions[0] + i, in any unit, for instance attenuation per mm. Pixel
-/// (i, j), i = column, of view v is at (v x height + j) x width + i.
+/// Voxel (i, j, k) is at (k x dimensions[1] + j) x dimensions[0] + i, in any unit, for instance attenuation per mm.
+/// Pixel (i, j), i = column, of view v is at (v x height + j) x width + i.
 typedef struct DrrRayTransform DrrRayTransform;
 
-/// Plans the rays from the sources of `view_count` poses, 1 to DRR_MAX_VIEWS, to the pixels of a detector of `width` x
-/// `height` pixels, each 1 to 32768, through the voxels of `descriptor`.
+/// Plans the rays from the sources of `view_count` `poses`, 1 to DRR_MAX_VIEWS, to the pixels of a detector of `width`
+/// x `height` pixels, each 1 to 32768, through the voxels of `descriptor`.
 ///
-/// `step_voxels` is for DRR_ALGORITHM_MARCH as in DrrScene, and not read for other algorithms. The descriptor's calibration
-/// and thresholds are checked, and otherwise not read. Descriptor and poses are only read during the call.
+/// `step_voxels` is for DRR_ALGORITHM_MARCH as in DrrScene, and not read for other algorithms. The descriptor's
+/// calibration and thresholds are checked, and otherwise not read. Descriptor and poses are only read during the call.
 ///
-/// On success `*transform` is a new handle, to be given to drr_ray_transform_destroy; on failure `*transform` is left as it
-/// is. Fails with DRR_STATUS_INVALID_ARGUMENT or DRR_STATUS_OUT_OF_MEMORY. Any thread; nobody may write to the inputs during
-/// the call.
+/// On success `*transform` is a new handle, to be given to drr_ray_transform_destroy; on failure `*transform` is left
+/// as it is. Fails with DRR_STATUS_INVALID_ARGUMENT or DRR_STATUS_OUT_OF_MEMORY. Any thread; nobody may write to the
+/// inputs during the call.
 DrrStatus drr_ray_transform_create(const DrrContext *context,
                                    const DrrVolumeDescriptor *descriptor,
                                    const DrrDetectorPose *poses,
@@ -1143,11 +1148,12 @@ DrrStatus drr_ray_transform_create(const DrrContext *context,
 /// Gives a transform up. NULL is nothing. As drr_context_destroy.
 DrrStatus drr_ray_transform_destroy(struct DrrRayTransform *transform);
 
-/// A x: the line integrals of `volume`, one finite value per voxel, in all views; mm times the volume's unit.
+/// A x: the line integrals of `volume`, one finite value per voxel, in all views; mm times the volume's unit. `images`
+/// has one value per pixel of every view.
 ///
-/// `volume` is only read during the call; `images` is written on success only. Fails with DRR_STATUS_INVALID_ARGUMENT or
-/// DRR_STATUS_OUT_OF_MEMORY. Any thread, also with one transform from many at once. The same call gives the same bytes for
-/// any number of threads.
+/// `volume` is only read during the call; `images` is written on success only. Fails with DRR_STATUS_INVALID_ARGUMENT
+/// or DRR_STATUS_OUT_OF_MEMORY. Any thread, also with one transform from many at once. The same call gives the same
+/// bytes for any number of threads.
 DrrStatus drr_ray_transform_forward(const struct DrrRayTransform *transform,
                                     const float *volume,
                                     float *images);
@@ -1187,13 +1193,13 @@ DrrStatus drr_ray_transform_adjoint_f64(const struct DrrRayTransformF64 *transfo
                                         const double *images,
                                         double *volume);
 
-/// One volume before one detector, samples in float32: images as the object moves rigidly, and their derivatives, through
-/// spectrum and detector. Runs on the context's CPU threads. Immutable: any number of threads may use one at once. Keeps its
-/// volume and its context alive.
+/// One volume before one detector, samples in float32: images as the object moves rigidly, and their derivatives,
+/// through spectrum and detector. Runs on the context's CPU threads. Immutable: any number of threads may use one at
+/// once. Keeps its volume and its context alive.
 ///
-/// A motion has six parameters: alpha, beta, phi, rotations about x, y and z, RADIANS, up to 100, right-handed; then the
-/// translation t along x, y and z, mm, up to 1e10. It takes x to R (x - pivot) + pivot + t with R = R_y(beta) R_x(alpha)
-/// R_z(phi); source and detector stay.
+/// A motion has six parameters: alpha, beta, phi, rotations about x, y and z, RADIANS, up to 100, right-handed; then
+/// the translation t along x, y and z, mm, up to 1e10. It takes x to R (x - pivot) + pivot + t with R = R_y(beta)
+/// R_x(alpha) R_z(phi); source and detector stay.
 typedef struct DrrPoseGradient DrrPoseGradient;
 
 /// What an image holds: one of the DRR_SIGNAL constants. Other values are refused.
@@ -1205,8 +1211,8 @@ typedef uint32_t DrrPoseSignal;
 /// I, in the units of the spectrum.
 #define DRR_SIGNAL_INTENSITY 1
 
-/// Plans `scene` for `volume`: its spectrum, all energies of it, its detector's response, materials, algorithm and rays per
-/// pixel. A scene with effects, a second detector layer, a tolerance or DRR_ALGORITHM_DISTANCE_DRIVEN is
+/// Plans `scene` for `volume`: its spectrum, all energies of it, its detector's response, materials, algorithm and rays
+/// per pixel. A scene with effects, a second detector layer, a tolerance or DRR_ALGORITHM_DISTANCE_DRIVEN is
 /// DRR_STATUS_UNSUPPORTED, as is a volume in a texture. With DRR_ALGORITHM_SIDDON derivatives jump from ray to ray.
 ///
 /// `pivot`, 3 values, world mm, up to 1e10, is the point that the object turns about; NULL for the volume's centre. The
@@ -1221,26 +1227,27 @@ DrrStatus drr_pose_gradient_create(const DrrVolume *volume,
 /// Gives a pose gradient up. NULL is nothing. As drr_context_destroy.
 DrrStatus drr_pose_gradient_destroy(struct DrrPoseGradient *pose_gradient);
 
-/// The image of the object after a motion, seen from one pose: pixel (i, j), i = column, is at j x detector_width + i, as in
-/// everything that has one value per pixel. `parameters` are 6: alpha, beta, phi (radians), then the translation (mm).
+/// The `image` of the object after a motion, one value per pixel, seen from one `pose`: pixel (i, j), i = column, is at
+/// j x detector_width + i, as in everything that has one value per pixel. `parameters` are 6: alpha, beta, phi
+/// (radians), then the translation (mm).
 ///
 /// Inputs are only read during the call; `image` is written on success only. Fails with DRR_STATUS_INVALID_ARGUMENT or
-/// DRR_STATUS_OUT_OF_MEMORY. Any thread, also with one handle from many at once. The same call gives the same bytes for any
-/// number of threads.
+/// DRR_STATUS_OUT_OF_MEMORY. Any thread, also with one handle from many at once. The same call gives the same bytes for
+/// any number of threads.
 DrrStatus drr_pose_gradient_project(const struct DrrPoseGradient *pose_gradient,
                                     const DrrDetectorPose *pose,
                                     const double *parameters,
                                     DrrPoseSignal signal,
                                     float *image);
 
-/// What a step of Gauss and Newton needs, in one pass: with r = image - measured over the pixels that count, and J = its
-/// derivatives with respect to the six parameters, `*loss` is the sum of r^2, halved; gradient[n] the derivative of the loss
-/// with respect to parameter n, which is the n-th entry of J^T r; hessian[6 x m + n] that of J^T J. Per radian, per mm. Sums
-/// over several poses are those of one problem.
+/// What a step of Gauss and Newton needs, in one pass: with r = image - measured over the pixels that count, and J =
+/// its derivatives with respect to the six parameters, `*loss` is the sum of r^2, halved; gradient[n] the derivative of
+/// the loss with respect to parameter n, which is the n-th entry of J^T r; hessian[6 x m + n] that of J^T J. Per
+/// radian, per mm. Sums over several poses are those of one problem.
 ///
-/// `measured` is an image, finite where pixels count, and not read elsewhere. `mask` is one byte per pixel, 0 for those that
-/// do not count; NULL for all; at least one must count. `loss` is a place for 1 number, `gradient` for 6, `hessian` for 36,
-/// or NULL.
+/// `measured` is an image, finite where pixels count, and not read elsewhere. `mask` is one byte per pixel, 0 for those
+/// that do not count; NULL for all; at least one must count. `loss` is a place for 1 number, `gradient` for 6,
+/// `hessian` for 36, or NULL.
 ///
 /// Otherwise as drr_pose_gradient_project.
 DrrStatus drr_pose_gradient_loss_value_and_grad(const struct DrrPoseGradient *pose_gradient,
@@ -1253,8 +1260,9 @@ DrrStatus drr_pose_gradient_loss_value_and_grad(const struct DrrPoseGradient *po
                                                 double *gradient,
                                                 double *hessian);
 
-/// The image and its derivatives with respect to the six parameters, per radian and per mm: that of pixel (i, j) with
-/// respect to parameter n is at (n x detector_height + j) x detector_width + i. `image` may be NULL.
+/// The image and its derivatives with respect to the six parameters, per radian and per mm. `jacobian` has 6 values per
+/// pixel: that of pixel (i, j) with respect to parameter n is at (n x detector_height + j) x detector_width + i.
+/// `image` may be NULL.
 ///
 /// Otherwise as drr_pose_gradient_project.
 DrrStatus drr_pose_gradient_jacobian(const struct DrrPoseGradient *pose_gradient,
@@ -1482,7 +1490,7 @@ DrrStatus drr_raycast_statistics(DrrRaycast *raycast,
                                  struct DrrRaycastStatistics *statistics);
 
 /// Fills `weights` with `energy_count` relative photons of a built-in X-ray tube, for the energies
-/// first_energy_kev + k x energy_step_kev, whole keV from 15 to 150. Over all 136 energies they sum to 1.
+/// `first_energy_kev` + k x `energy_step_kev`, whole keV from 15 to 150. Over all 136 energies they sum to 1.
 ///
 /// `name` is anode, kVp and filter, such as "W120_2p5Al", the default of a scene; an unknown name fails with a
 /// message that lists all. Writes on success only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
@@ -1502,7 +1510,7 @@ DrrStatus drr_physics_mass_attenuation(const char *name,
                                        size_t energy_count,
                                        float *coefficients);
 
-/// Fills `factors` with `energy_count` factors by which a built-in detector weights photons, for
+/// Fills `factors`, one for each of `energy_count` energies, by which a built-in detector weights photons, for
 /// DrrScene.detector_response: "ideal" (1), "transmission", "top_counting", "bottom_counting" (dimensionless),
 /// "top_energy", "bottom_energy" (keV).
 ///

@@ -100,14 +100,14 @@ pub unsafe extern "C" fn drr_certificate_init(certificate: *mut DrrCertificate) 
     guard(|| unsafe { options::init("certificate", certificate) })
 }
 
-/// Measures the error of what drr_projector_project_poses gives for `view_count` views, 1 to DRR_MAX_VIEWS; of more than
-/// 64, some are looked at. Of a scene with effects it is the rays' error, without the effects and in the first detector
-/// layer. Takes about as long as the projection of a few thousand rays in float64.
+/// Measures the error of what drr_projector_project_poses gives for the `view_count` `poses`, 1 to DRR_MAX_VIEWS; of
+/// more than 64, some are looked at. Of a scene with effects it is the rays' error, without the effects and in the
+/// first detector layer. Takes about as long as the projection of a few thousand rays in float64.
 ///
-/// `poses` are only read during the call. Writes `*certificate`, which drr_certificate_init has filled, on success only.
-/// The same call gives the same numbers. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY,
-/// DRR_STATUS_DEVICE, or DRR_STATUS_UNSUPPORTED for a volume in a texture. Any thread, also with one projector from many
-/// at once.
+/// `poses` are only read during the call. Writes `*certificate`, which drr_certificate_init has filled, on success
+/// only. The same call gives the same numbers. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY,
+/// DRR_STATUS_DEVICE, or DRR_STATUS_UNSUPPORTED for a volume in a texture. Any thread, also with one projector from
+/// many at once.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_projector_certify(
     projector: *const DrrProjector,

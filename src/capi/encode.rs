@@ -90,8 +90,8 @@ pub unsafe extern "C" fn drr_device_outputs_init(outputs: *mut DrrDeviceOutputs)
     guard(|| unsafe { options::init("outputs", outputs) })
 }
 
-/// Puts the projection of `view_count` views, 1 to DRR_MAX_VIEWS, into a queue of the caller's, and returns without
-/// waiting for it: what comes later in the queue finds the images complete.
+/// Puts the projection of the `view_count` `views`, 1 to DRR_MAX_VIEWS, into a queue of the caller's, and returns
+/// without waiting for it: what comes later in the queue finds the images complete.
 ///
 /// `queue` is a CUstream of the primary context of the context's GPU, or NULL for its default stream, with
 /// DRR_BACKEND_CUDA; a stream that is being captured is refused. It is an id<MTLCommandBuffer> of the context's GPU,
@@ -101,12 +101,12 @@ pub unsafe extern "C" fn drr_device_outputs_init(outputs: *mut DrrDeviceOutputs)
 /// their tables and `outputs` are only read during the call; LUT addresses are as for drr_projector_project. The
 /// projector keeps what the queue needs: it must not be destroyed before the queue has run the projection.
 ///
-/// The first call with new images or new kinds of views compiles a kernel, which takes about a second. On failure nothing
-/// of the call is in the queue, but for DRR_STATUS_DEVICE and DRR_STATUS_OUT_OF_MEMORY, after which images may be
-/// written. Fails with DRR_STATUS_INVALID_ARGUMENT; with DRR_STATUS_UNSUPPORTED for contexts of DRR_BACKEND_CPU and
+/// The first call with new images or new kinds of views compiles a kernel, which takes about a second. On failure
+/// nothing of the call is in the queue, but for DRR_STATUS_DEVICE and DRR_STATUS_OUT_OF_MEMORY, after which images may
+/// be written. Fails with DRR_STATUS_INVALID_ARGUMENT; with DRR_STATUS_UNSUPPORTED for contexts of DRR_BACKEND_CPU and
 /// DRR_BACKEND_REFERENCE, and for scenes with effects or a second detector layer, whose images are finished on the CPU.
-/// What goes wrong while the queue runs is told by the queue. Any thread, also with one projector from many at once; two
-/// threads must not use one queue at once where its own rules forbid it.
+/// What goes wrong while the queue runs is told by the queue. Any thread, also with one projector from many at once;
+/// two threads must not use one queue at once where its own rules forbid it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_projector_encode(
     projector: *const DrrProjector,
@@ -128,7 +128,7 @@ pub unsafe extern "C" fn drr_projector_encode(
     guard(|| unsafe { encode(projector, "views", views, view_count, queue, outputs, request) })
 }
 
-/// As drr_projector_encode, with views given by source and detector in float64, as for drr_projector_project_poses.
+/// As drr_projector_encode, with views given by `poses` in float64, one per view, as for drr_projector_project_poses.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_projector_encode_poses(
     projector: *const DrrProjector,
@@ -142,8 +142,7 @@ pub unsafe extern "C" fn drr_projector_encode_poses(
     guard(|| unsafe { encode(projector, "poses", poses, view_count, queue, outputs, request) })
 }
 
-/// # Safety
-/// The pointers are as [`drr_projector_encode`] says.
+/// # Safety The pointers are as [`drr_projector_encode`] says.
 unsafe fn encode<V: Copy>(
     projector: *const DrrProjector,
     argument: &str,

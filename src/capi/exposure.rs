@@ -19,8 +19,8 @@ use crate::projector::ViewRequest;
 use crate::scene::Scene;
 use crate::shared::ProjectionUniforms;
 
-/// What the rays of some views met: the areal density of every material, and where the scene has bone its path, for each
-/// ray. Immutable: any number of threads may develop one at once. Keeps its context alive, and needs neither its
+/// What the rays of some views met: the areal density of every material, and where the scene has bone its path, for
+/// each ray. Immutable: any number of threads may develop one at once. Keeps its context alive, and needs neither its
 /// projector nor its volume.
 pub struct DrrExposure {
     _opaque: [u8; 0],
@@ -38,15 +38,16 @@ impl Opaque for DrrExposure {
     const NAME: &'static str = "DrrExposure";
 }
 
-/// Casts the rays of `view_count` views, 1 to DRR_MAX_VIEWS, given by projection matrices, and keeps what they met: 4
-/// bytes per ray and material, and 4 per ray for bone. drr_exposure_develop makes images of it, without another march.
+/// Casts the rays of the `view_count` `views`, 1 to DRR_MAX_VIEWS, given by projection matrices, and keeps what they
+/// met: 4 bytes per ray and material, and 4 per ray for bone. drr_exposure_develop makes images of it, without another
+/// march.
 ///
 /// `views` are only read during the call, and must be without LUT addresses; enableEarlyExit does not matter. A scene
 /// with a focal spot needs views given by poses. `progress` hears how far the call is, and may cancel it, as that of
 /// DrrOutputs; NULL for silence. `progress_data` is handed to it.
 ///
-/// On success `*exposure` is a new handle, to be given to drr_exposure_destroy; on failure `*exposure` is left as it is.
-/// Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, DRR_STATUS_DEVICE when a GPU fails, or
+/// On success `*exposure` is a new handle, to be given to drr_exposure_destroy; on failure `*exposure` is left as it
+/// is. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_OUT_OF_MEMORY, DRR_STATUS_DEVICE when a GPU fails, or
 /// DRR_STATUS_CANCELLED. Any thread, also with one projector from many at once.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_exposure_create(
@@ -68,7 +69,7 @@ pub unsafe extern "C" fn drr_exposure_create(
     guard(|| unsafe { create(projector, ("views", views, view_count), request, monitor, exposure) })
 }
 
-/// Casts the rays of `view_count` views given by source and detector in float64, as for drr_projector_project_poses.
+/// Casts the rays of `view_count` views given by `poses` in float64, one per view, as for drr_projector_project_poses.
 ///
 /// Otherwise as drr_exposure_create.
 #[unsafe(no_mangle)]
@@ -87,8 +88,7 @@ pub unsafe extern "C" fn drr_exposure_create_poses(
     guard(|| unsafe { create(projector, ("poses", poses, view_count), request, monitor, exposure) })
 }
 
-/// # Safety
-/// The pointers are as [`drr_exposure_create`] says.
+/// # Safety The pointers are as [`drr_exposure_create`] says.
 unsafe fn create<V: Copy>(
     projector: *const DrrProjector,
     (argument, views, view_count): (&str, *const V, usize),

@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::physics::{DetectorResponse, EnergyGrid, MassAttenuation, Spectrum};
 
 /// Fills `weights` with `energy_count` relative photons of a built-in X-ray tube, for the energies
-/// first_energy_kev + k × energy_step_kev, whole keV from 15 to 150. Over all 136 energies they sum to 1.
+/// `first_energy_kev` + k × `energy_step_kev`, whole keV from 15 to 150. Over all 136 energies they sum to 1.
 ///
 /// `name` is anode, kVp and filter, such as "W120_2p5Al", the default of a scene; an unknown name fails with a
 /// message that lists all. Writes on success only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
@@ -51,7 +51,7 @@ pub unsafe extern "C" fn drr_physics_mass_attenuation(
     guard(|| unsafe { fill(name, energies, "coefficients", coefficients, values) })
 }
 
-/// Fills `factors` with `energy_count` factors by which a built-in detector weights photons, for
+/// Fills `factors`, one for each of `energy_count` energies, by which a built-in detector weights photons, for
 /// DrrScene.detector_response: "ideal" (1), "transmission", "top_counting", "bottom_counting" (dimensionless),
 /// "top_energy", "bottom_energy" (keV).
 ///
@@ -73,8 +73,7 @@ pub unsafe extern "C" fn drr_physics_detector(
     guard(|| unsafe { fill(name, energies, "factors", factors, values) })
 }
 
-/// # Safety
-/// `name` is null or ends in NUL; `place` is null, misaligned or has room for one value per energy.
+/// # Safety `name` is null or ends in NUL; `place` is null, misaligned or has room for one value per energy.
 unsafe fn fill(
     name: *const c_char,
     (first, step, count): (f64, f64, usize),

@@ -97,7 +97,7 @@ pub unsafe extern "C" fn drr_projector_describe(projector: *const DrrProjector) 
     plan
 }
 
-/// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by projection matrices. Rays are half-lines from the
+/// Projects the `view_count` `views`, 1 to DRR_MAX_VIEWS, given by projection matrices. Rays are half-lines from the
 /// source, or full lines for a parallel beam: no detector ends them.
 ///
 /// `views` and the tables behind their LUT addresses are only read during the call. An address, aligned to 4 bytes, is a
@@ -149,7 +149,7 @@ pub(super) unsafe fn uniforms_request(
     Ok(request)
 }
 
-/// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by source and detector in float64. Rays are the segments
+/// Projects `view_count` views, 1 to DRR_MAX_VIEWS, given by `poses` in float64, one per view. Rays are the segments
 /// from the source to the pixels' centres: what lies behind a pixel does not count.
 ///
 /// Otherwise as drr_projector_project.

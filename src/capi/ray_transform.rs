@@ -10,12 +10,13 @@ use crate::capi::status::DrrStatus;
 use crate::capi::volume::DrrVolumeDescriptor;
 use crate::ray_transform::RayTransform;
 
-/// The matrix A whose row for a pixel holds the lengths, mm, with which voxels count along the ray to it, in float32: A x
-/// are the line integrals of a volume x, and A^T b is the back-projection of images b, which is the transpose for every
-/// algorithm. The matrix is never stored. Immutable: any number of threads may use one at once. Keeps its context alive.
+/// The matrix A whose row for a pixel holds the lengths, mm, with which voxels count along the ray to it, in float32: A
+/// x are the line integrals of a volume x, and A^T b is the back-projection of images b, which is the transpose for
+/// every algorithm. The matrix is never stored. Immutable: any number of threads may use one at once. Keeps its context
+/// alive.
 ///
-/// Voxel (i, j, k) is at (k × dimensions[1] + j) × dimensions[0] + i, in any unit, for instance attenuation per mm. Pixel
-/// (i, j), i = column, of view v is at (v × height + j) × width + i.
+/// Voxel (i, j, k) is at (k × dimensions[1] + j) × dimensions[0] + i, in any unit, for instance attenuation per mm.
+/// Pixel (i, j), i = column, of view v is at (v × height + j) × width + i.
 pub struct DrrRayTransform {
     _opaque: [u8; 0],
 }
@@ -26,15 +27,15 @@ impl Opaque for DrrRayTransform {
     const NAME: &'static str = "DrrRayTransform";
 }
 
-/// Plans the rays from the sources of `view_count` poses, 1 to DRR_MAX_VIEWS, to the pixels of a detector of `width` ×
-/// `height` pixels, each 1 to 32768, through the voxels of `descriptor`.
+/// Plans the rays from the sources of `view_count` `poses`, 1 to DRR_MAX_VIEWS, to the pixels of a detector of `width`
+/// × `height` pixels, each 1 to 32768, through the voxels of `descriptor`.
 ///
-/// `step_voxels` is for DRR_ALGORITHM_MARCH as in DrrScene, and not read for other algorithms. The descriptor's calibration
-/// and thresholds are checked, and otherwise not read. Descriptor and poses are only read during the call.
+/// `step_voxels` is for DRR_ALGORITHM_MARCH as in DrrScene, and not read for other algorithms. The descriptor's
+/// calibration and thresholds are checked, and otherwise not read. Descriptor and poses are only read during the call.
 ///
-/// On success `*transform` is a new handle, to be given to drr_ray_transform_destroy; on failure `*transform` is left as it
-/// is. Fails with DRR_STATUS_INVALID_ARGUMENT or DRR_STATUS_OUT_OF_MEMORY. Any thread; nobody may write to the inputs during
-/// the call.
+/// On success `*transform` is a new handle, to be given to drr_ray_transform_destroy; on failure `*transform` is left
+/// as it is. Fails with DRR_STATUS_INVALID_ARGUMENT or DRR_STATUS_OUT_OF_MEMORY. Any thread; nobody may write to the
+/// inputs during the call.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_ray_transform_create(
     context: *const DrrContext,
@@ -60,11 +61,12 @@ pub unsafe extern "C" fn drr_ray_transform_destroy(transform: *mut DrrRayTransfo
     guard(|| unsafe { handle::destroy("transform", transform) })
 }
 
-/// A x: the line integrals of `volume`, one finite value per voxel, in all views; mm times the volume's unit.
+/// A x: the line integrals of `volume`, one finite value per voxel, in all views; mm times the volume's unit. `images`
+/// has one value per pixel of every view.
 ///
-/// `volume` is only read during the call; `images` is written on success only. Fails with DRR_STATUS_INVALID_ARGUMENT or
-/// DRR_STATUS_OUT_OF_MEMORY. Any thread, also with one transform from many at once. The same call gives the same bytes for
-/// any number of threads.
+/// `volume` is only read during the call; `images` is written on success only. Fails with DRR_STATUS_INVALID_ARGUMENT
+/// or DRR_STATUS_OUT_OF_MEMORY. Any thread, also with one transform from many at once. The same call gives the same
+/// bytes for any number of threads.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_ray_transform_forward(
     transform: *const DrrRayTransform,

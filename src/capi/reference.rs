@@ -13,8 +13,8 @@ use crate::geometry::View;
 /// Projects in float64, slowly, with any algorithm: what the projector's images are measured against.
 ///
 /// With the scene's own algorithm it is that algorithm's twin; DRR_ALGORITHM_EXACT is the truth about the
-/// interpolated volume. DRR_ALGORITHM_MARCH takes the scene's step_voxels. Views, outputs, failure and threads as
-/// drr_projector_project_poses.
+/// interpolated volume. DRR_ALGORITHM_MARCH takes the scene's step_voxels. The `view_count` `poses`, outputs,
+/// failure and threads are as drr_projector_project_poses has them.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn drr_reference_project(
     projector: *const DrrProjector,

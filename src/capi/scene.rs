@@ -331,7 +331,7 @@ pub unsafe extern "C" fn drr_scene_init(scene: *mut DrrScene) -> DrrStatus {
     guard(|| unsafe { options::init("scene", scene) })
 }
 
-/// States a tolerance by its name: "draft", 10 HU and 1 mm; "standard", the specification's 2 HU and 0.2 mm; "reference",
+/// States a tolerance by its `name`: "draft", 10 HU and 1 mm; "standard", the specification's 2 HU and 0.2 mm; "reference",
 /// 0.1 HU and 0.01 mm. Writes tolerance_hu and tolerance_mm of `*scene`, which drr_scene_init has filled, on success
 /// only. Fails with DRR_STATUS_INVALID_ARGUMENT. Any thread.
 #[unsafe(no_mangle)]

@@ -45,7 +45,7 @@ pub(super) fn of(error: &Error) -> DrrStatus {
     }
 }
 
-/// The name of a status, such as "DRR_STATUS_OK", or "unknown status". A static string; never NULL. Any thread.
+/// The name of `status`, such as "DRR_STATUS_OK", or "unknown status". A static string; never NULL. Any thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn drr_status_name(status: DrrStatus) -> *const c_char {
     let name = match status {

@@ -15,7 +15,8 @@ pub extern "C" fn drr_version() -> *const c_char {
     VERSION.as_ptr()
 }
 
-/// The version of the library that runs, as a number to compare: 10000 × major + 100 × minor + patch. Any thread.
+/// The version of the library that runs, as a number to compare: 10000 × major + 100 × minor + patch. Cannot fail. Any
+/// thread.
 #[unsafe(no_mangle)]
 pub extern "C" fn drr_version_number() -> u32 {
     10_000 * number(env!("CARGO_PKG_VERSION_MAJOR"))
