@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=shaders");
-    println!("cargo::rerun-if-changed=include");
+    println!("cargo::rerun-if-changed=include/DRR_Shared.h");
     for entry_point in ["drr.metal", "drr.cu", "host.cpp", "parallel.metal", "parallel.cu", "parallel.cpp"] {
         let mut text = String::new();
         flatten(&Path::new("shaders").join(entry_point), &mut HashSet::new(), &mut text);

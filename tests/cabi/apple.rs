@@ -9,6 +9,7 @@ use libtest_mimic::Failed;
 use object::read::macho::{LoadCommandVariant, MachOFile64, Nlist};
 use object::{Architecture, LittleEndian, Object, macho};
 
+use crate::header::Header;
 use crate::toolchain::{run, scratch};
 
 const TARGET: &str = "aarch64-apple-darwin";
@@ -118,8 +119,7 @@ pub(super) fn library_links(linker: &Linker) -> Result<(), Failed> {
         return Err(format!("{:?}", library.architecture()).into());
     }
 
-    let header = include_str!("../../include/DRR_Shared.h");
-    let declared: BTreeSet<_> = crate::coverage::functions(header).map(|name| format!("_{name}")).collect();
+    let declared: BTreeSet<_> = Header::read().functions.keys().map(|name| format!("_{name}")).collect();
     same("names that rustc exports", &listed, &declared)?;
     let exported: BTreeSet<_> =
         library.exports()?.iter().map(|export| String::from_utf8_lossy(export.name()).into_owned()).collect();
@@ -176,4 +176,22 @@ fn looked_up(library: &MachOFile64<'_, LittleEndian>) -> Result<BTreeSet<String>
         .filter(|symbol| nowhere(symbol.library_ordinal(LittleEndian)))
         .map(|symbol| symbol.name(LittleEndian, symbols.strings()));
     names.map(|name| Ok(String::from_utf8_lossy(name?).into_owned())).collect()
+}
+
+/// The script that makes the Swift package, which needs Apple's tools, says so elsewhere and makes nothing. What it copies is
+/// there.
+pub(super) fn swift_package_is_made_on_macs_only() -> Result<(), Failed> {
+    let folder = scratch().join("swift");
+    let script = crate::root().join("objc-demo/xcframework.sh");
+    let refusal =
+        run(Command::new(&script).arg(&folder)).err().and_then(|failed| failed.message().map(str::to_owned));
+    if folder.exists() || !refusal.as_ref().is_some_and(|message| message.contains("needs macOS")) {
+        return Err(format!("{refusal:?}").into());
+    }
+    let text = std::fs::read_to_string(&script)?;
+    let copied = text
+        .split_whitespace()
+        .filter(|word| word.starts_with("include/") || word.starts_with("objc-demo/DRR/"));
+    let missing: Vec<_> = copied.filter(|file| !crate::root().join(file).is_file()).collect();
+    if missing.is_empty() { Ok(()) } else { Err(format!("{missing:?} is not there").into()) }
 }

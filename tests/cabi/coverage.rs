@@ -1,9 +1,11 @@
 //! Whether the tables of refused calls (`cabi-tests/errors.c`) have a row for every way in which every argument of
 //! every function of the header, and every field of what an argument points to, can be wrong.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use libtest_mimic::Failed;
+
+use crate::header::{Declared, Header};
 
 /// Functions that cannot fail, whatever they are given.
 const INFALLIBLE: [&str; 4] =
@@ -38,46 +40,18 @@ const ANYTHING_GOES: [&str; 6] =
     ["enableEarlyExit", "_padding", "progress", "progress_data", "noise_seed", "scatter_seed"];
 /// What ends the name of a function that is another's twin in float64.
 const TWIN: &str = "_f64";
-/// Types of handles.
-const HANDLES: [&str; 11] = [
-    "Context",
-    "Volume",
-    "Projector",
-    "Exposure",
-    "Raycast",
-    "Parallel",
-    "ParallelF64",
-    "RayTransform",
-    "RayTransformF64",
-    "PoseGradient",
-    "PoseGradientF64",
-];
 /// Functions that look at no tables of a view: the rows run on an engine without queues, exposures refuse any, and where a ray
 /// meets anything is no matter of energies.
 const WITHOUT_TABLES: [&str; 3] = ["drr_projector_encode", "drr_exposure_create", "drr_raycast_update"];
 
-/// A parameter or a field.
-struct Declared {
-    ctype: String,
-    name: String,
-}
-
 impl Declared {
-    /// From C, such as `const float *spectrum` or `double source[3]`.
-    fn parse(text: &str) -> Option<Self> {
-        let text = text.split('[').next()?.trim();
-        let start = text.rfind(|c: char| !c.is_alphanumeric() && c != '_')? + 1;
-        let ctype = text[..start].trim().trim_start_matches("struct ").replace("const struct ", "const ");
-        Some(Self { ctype, name: text[start..].to_owned() })
-    }
-
     /// What is pointed to, if the pointer is only read through.
     fn input(&self) -> Option<&str> {
         self.ctype.strip_prefix("const ")?.strip_suffix(" *")
     }
 
     /// How a parameter can be wrong by its type.
-    fn kinds_of_parameter(&self) -> Vec<&'static str> {
+    fn kinds_of_parameter(&self, handles: &BTreeSet<String>) -> Vec<&'static str> {
         let not_a_number = ["NaN", "+Inf", "-Inf"];
         match self.ctype.as_str() {
             "size_t" => vec!["zero", "huge"],
@@ -90,7 +64,7 @@ impl Declared {
             "const char *" => vec!["NULL", "unknown", "not UTF-8"],
             "const uint8_t *" => vec!["NULL", "label"],
             "const float *" | "const double *" => [&["NULL", "misaligned"], &not_a_number[..]].concat(),
-            handle if HANDLES.iter().any(|&noun| is_handle(handle, noun)) => {
+            handle if handles.contains(handle.trim_start_matches("const ").trim_end_matches(" *")) => {
                 vec!["NULL", "misaligned", "foreign", "destroyed"]
             }
             pointer if pointer.ends_with('*') => vec!["NULL", "misaligned"],
@@ -125,43 +99,7 @@ impl Declared {
     }
 }
 
-fn is_handle(ctype: &str, noun: &str) -> bool {
-    ctype.trim_start_matches("const ") == format!("Drr{noun} *")
-}
-
-/// The header's functions with their parameters, and its structs with their fields.
-struct Header {
-    functions: BTreeMap<String, Vec<Declared>>,
-    structs: BTreeMap<String, Vec<Declared>>,
-}
-
 impl Header {
-    fn parse(text: &str) -> Self {
-        let is_code = |line: &&str| !["/", "*", "#"].iter().any(|start| line.trim().starts_with(start));
-        let mut header = Self { functions: BTreeMap::new(), structs: BTreeMap::new() };
-        let mut inside: Option<String> = None;
-        let mut statement = String::new();
-        for line in text.lines().filter(is_code) {
-            let opened = line.strip_prefix("typedef struct ").and_then(|line| line.strip_suffix(" {"));
-            if let Some(name) = opened {
-                inside = Some(name.to_owned());
-            } else if line.starts_with('}') {
-                inside = None;
-            } else if let Some(name) = &inside {
-                let fields = header.structs.entry(name.clone()).or_default();
-                fields.extend(Declared::parse(line.trim().trim_end_matches(';')));
-            } else {
-                statement += line.trim();
-                statement.push(' ');
-                if line.ends_with(';') {
-                    header.functions.extend(function(&statement));
-                    statement.clear();
-                }
-            }
-        }
-        header
-    }
-
     /// The fields of what a parameter or field called `name` points to, and of what these point to, with their names. Poses
     /// in a scene have rows of their own function.
     fn fields<'a>(&'a self, pointer: &Declared, name: &str) -> Vec<(String, &'a Declared)> {
@@ -177,17 +115,17 @@ impl Header {
     /// Every function, argument and kind that needs a row.
     fn demanded(&self) -> BTreeSet<[String; 3]> {
         let mut demanded = BTreeSet::new();
-        for (function, parameters) in &self.functions {
+        for (function, declared) in &self.functions {
             let mut demand = |argument: &str, kind: &str| {
                 demanded.insert([function.as_str(), argument, kind].map(str::to_owned));
             };
             if INFALLIBLE.contains(&function.as_str()) {
                 continue;
             }
-            for parameter in parameters {
+            for parameter in &declared.parameters {
                 let of = function.strip_suffix(TWIN).unwrap_or(function);
                 let nullable = NULLABLE.contains(&[of, &parameter.name]);
-                let kinds = parameter.kinds_of_parameter();
+                let kinds = parameter.kinds_of_parameter(&self.handles);
                 let kinds = kinds.into_iter().filter(|&kind| kind != "NULL" || !nullable);
                 kinds.for_each(|kind| demand(&parameter.name, kind));
                 for (argument, field) in self.fields(parameter, &parameter.name) {
@@ -204,19 +142,6 @@ impl Header {
     }
 }
 
-/// The names of a header's functions.
-pub(super) fn functions(header: &str) -> impl Iterator<Item = String> {
-    Header::parse(header).functions.into_keys()
-}
-
-/// A function's name and parameters.
-fn function(statement: &str) -> Option<(String, Vec<Declared>)> {
-    let start = statement.find("drr_")?;
-    let (name, rest) = statement[start..].split_once('(')?;
-    let parameters = rest.rsplit_once(')')?.0.split(',').filter_map(Declared::parse);
-    Some((name.to_owned(), parameters.collect()))
-}
-
 /// The row that a line `function argument kind` speaks of; an argument's indices say which of many was wrong.
 fn row(line: &str) -> Option<[String; 3]> {
     let mut words = line.splitn(3, ' ');
@@ -227,7 +152,7 @@ fn row(line: &str) -> Option<[String; 3]> {
 
 /// Compares the rows that the program ran with what the header needs.
 pub(super) fn complete(output: &str) -> Result<(), Failed> {
-    let header = Header::parse(include_str!("../../include/DRR_Shared.h"));
+    let header = Header::read();
     let demanded = header.demanded();
     // What the parser does not find, it does not demand.
     let exports = include_str!("../../include/DRR_Shared.h").matches("\nDrrStatus drr_").count();

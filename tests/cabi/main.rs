@@ -4,15 +4,21 @@
 //! What needs a tool that this machine lacks is listed as ignored, with the reason as its kind. With
 //! `DRR_REQUIRE_ALL_TOOLS=1` it fails instead.
 
+mod abi;
 mod apple;
 mod coverage;
+mod header;
 mod kernel_text;
 #[path = "../support/needing.rs"]
 mod needing;
 mod nvrtc;
+mod packages;
+mod python;
+mod reference;
 mod stand_in;
 mod thread_sanitizer;
 mod toolchain;
+mod wrapper;
 
 use std::path::{Path, PathBuf};
 
@@ -204,12 +210,24 @@ fn no_program_is_forgotten() -> Result<(), Failed> {
 fn main() {
     let library = Library::shared();
     let mut trials = vec![Trial::test("no_program_is_forgotten", no_program_is_forgotten)];
+    trials.push(needing("abi::is_as_committed", Compiler::c("c11"), |compiler| {
+        abi::is_as_committed(&compiler)
+    }));
+    trials.push(Trial::test("abi::is_in_the_changelog", abi::is_in_the_changelog));
+    trials.push(Trial::test("reference::is_complete", reference::is_complete));
     trials.extend(headers());
     trials.extend(programs(&library));
     trials.extend(threaded_programs());
     trials.extend(kernel_text::trials());
     let linker = apple::Linker::find();
     trials.push(needing("apple::library_links", linker, |linker| apple::library_links(&linker)));
+    if !cfg!(target_vendor = "apple") {
+        let script = apple::swift_package_is_made_on_macs_only;
+        trials.push(Trial::test("apple::swift_package_is_made_on_macs_only", script));
+    }
     trials.extend(programs_on_a_gpu(&library));
+    trials.extend(wrapper::trials(&library));
+    trials.push(needing("python::agrees", python::find(), |()| python::agrees()));
+    trials.extend(packages::trials());
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }

@@ -34,15 +34,12 @@ pub(super) struct Library {
 impl Library {
     /// The shared library, in a folder where the linker and the loader find it by their names for it.
     pub(super) fn shared() -> Self {
-        let folder = scratch();
-        #[cfg(not(target_vendor = "apple"))]
-        let name = "libdrr.so";
-        #[cfg(target_vendor = "apple")]
-        let name = "libdrr.dylib";
+        let file = shared_library_file();
         // A link of an earlier run may point to another profile's library.
-        let _ = std::fs::remove_file(folder.join(name));
-        std::os::unix::fs::symlink(beside_this_test(name), folder.join(name)).expect("a link can be made");
-        Self { link: vec!["-L".into(), folder.into(), "-ldrr".into()], suffix: "" }
+        let _ = std::fs::remove_file(&file);
+        let name = file.file_name().expect("it is a file").to_string_lossy();
+        std::os::unix::fs::symlink(beside_this_test(&name), &file).expect("a link can be made");
+        Self { link: vec!["-L".into(), scratch().into(), "-ldrr".into()], suffix: "" }
     }
 
     /// The static library, with what Rust's standard library needs of the system.
@@ -62,6 +59,11 @@ impl Library {
     pub(super) fn linked_by(link: Vec<OsString>, suffix: &'static str) -> Self {
         Self { link, suffix }
     }
+}
+
+/// Where [`Library::shared`] puts it.
+pub(super) fn shared_library_file() -> PathBuf {
+    scratch().join(if cfg!(target_vendor = "apple") { "libdrr.dylib" } else { "libdrr.so" })
 }
 
 /// Runs a program that was made here. Cargo's own loader path would find the library of an earlier build first.
@@ -90,6 +92,7 @@ pub(super) struct Compiler {
 }
 
 const STRICT: [&str; 3] = ["-Wall", "-Wextra", "-Werror"];
+const SANITIZERS: [&str; 3] = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"];
 
 impl Compiler {
     /// The first of `names` that compiles a trivial program with `options` and, if it is to, runs it.
@@ -118,6 +121,20 @@ impl Compiler {
         Self::find(standard, &["c++", "g++", "clang++"].map(String::from), &options.concat(), true)
     }
 
+    /// C++ with warnings of those who warn of everything.
+    pub(super) fn cpp_wrapper(standard: &str) -> Result<Self, String> {
+        let warnings = ["-Wconversion", "-Wsign-conversion", "-Wshadow"];
+        let mut compiler = Self::cpp(standard)?;
+        compiler.options.extend(warnings.map(String::from));
+        Ok(compiler)
+    }
+
+    /// C++ with the address and undefined-behaviour sanitizers.
+    pub(super) fn cpp_sanitized() -> Result<Self, String> {
+        let options = [&["-x", "c++", "-std=c++17"], &STRICT[..], &SANITIZERS[..]];
+        Self::find("sanitizing C++", &["clang++", "g++", "c++"].map(String::from), &options.concat(), true)
+    }
+
     /// Objective-C.
     pub(super) fn objective_c() -> Result<Self, String> {
         let options = [&["-x", "objective-c", "-std=gnu11"], &STRICT[..]];
@@ -133,8 +150,7 @@ impl Compiler {
 
     /// C with the address and undefined-behaviour sanitizers.
     pub(super) fn sanitized() -> Result<Self, String> {
-        let sanitizers = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g"];
-        let options = [&["-x", "c", "-std=c11"], &STRICT[..], &sanitizers[..]];
+        let options = [&["-x", "c", "-std=c11"], &STRICT[..], &SANITIZERS[..]];
         Self::find("sanitizing", &["clang", "gcc", "cc"].map(String::from), &options.concat(), true)
     }
 
