@@ -12,6 +12,7 @@ mod kernel_text;
 #[path = "../support/needing.rs"]
 mod needing;
 mod nvrtc;
+mod objc_demo;
 mod packages;
 mod python;
 mod reference;
@@ -129,7 +130,12 @@ fn threaded_programs() -> Vec<Trial> {
 /// A sanitizer that is not on passes everything: this one finds the error in a program that has one on purpose.
 fn finds(compiler: &Compiler, library: &Library, program: &str, error: &str) -> Result<(), Failed> {
     let executable = compiler.executable(&beside_this_file(program), library)?;
-    match run(&mut launch(&executable)) {
+    finds_in(run(&mut launch(&executable)), error)
+}
+
+/// A program failed, and said so.
+fn finds_in(said: Result<String, Failed>, error: &str) -> Result<(), Failed> {
+    match said {
         Ok(output) => Err(format!("{error} was not found:\n{output}").into()),
         Err(failed) if failed.message().is_some_and(|m| m.contains(error)) => Ok(()),
         Err(failed) => Err(failed),
@@ -229,5 +235,6 @@ fn main() {
     trials.extend(wrapper::trials(&library));
     trials.push(needing("python::agrees", python::find(), |()| python::agrees()));
     trials.extend(packages::trials());
+    trials.extend(objc_demo::trials());
     libtest_mimic::run(&Arguments::from_args(), trials).exit();
 }

@@ -1,0 +1,7 @@
+// Stand-in, see ../README.md.
+#pragma once
+#include <stddef.h>
+void *malloc(size_t size);
+void free(void *memory);
+void qsort(void *base, size_t count, size_t width, int (*compare)(const void *, const void *));
+double strtod(const char *text, char **end);
