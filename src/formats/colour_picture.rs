@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::Result;
-use crate::formats::png::write_png_rgb8;
+use crate::formats::png::{write_png_gray8, write_png_rgb8};
 
 /// Red, green and blue as in sRGB.
 pub type Rgb = [u8; 3];
@@ -35,8 +35,39 @@ impl ColourPicture {
         self.pixels[row * self.width + column]
     }
 
-    /// Writes the picture as PNG.
+    /// Writes the picture as PNG, one that is grey throughout with one value per pixel.
     pub fn write_png(&self, path: &Path) -> Result<()> {
-        write_png_rgb8(path, self.width, self.height, self.pixels.as_flattened())
+        match self.greys() {
+            Some(greys) => write_png_gray8(path, self.width, self.height, &greys),
+            None => write_png_rgb8(path, self.width, self.height, self.pixels.as_flattened()),
+        }
+    }
+
+    /// The pixels' greys; `None` where there is a colour.
+    fn greys(&self) -> Option<Vec<u8>> {
+        let grey = |&[red, green, blue]: &Rgb| (red == green && green == blue).then_some(red);
+        self.pixels.iter().map(grey).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_written_in_as_many_colours_as_they_have() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("picture.png");
+        let mut picture = ColourPicture { width: 2, height: 1, pixels: vec![[7; 3], [200; 3]] };
+        for (colour, expected) in [([200; 3], vec![7, 200]), ([200, 200, 201], vec![7, 7, 7, 200, 200, 201])]
+        {
+            picture.pixels[1] = colour;
+            picture.write_png(&path).unwrap();
+            let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
+            let mut reader = png::Decoder::new(file).read_info().unwrap();
+            let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut bytes).unwrap();
+            assert_eq!(bytes, expected);
+        }
     }
 }

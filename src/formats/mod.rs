@@ -35,6 +35,7 @@ pub use error_map::{error_colour, error_map};
 pub use exr::{ExrImage, read_exr_metadata, write_exr};
 pub use geometry::GeometryFile;
 pub use labels::{LabelReader, open_labels};
+pub use mosaic::first_column;
 pub use nifti::{NiftiCt, NiftiLabels, NiftiVoxel, NiftiWriter};
 pub use picture::{Picture, radiograph};
 pub use png::{write_png_gray8, write_png_gray16, write_png_rgb8};

@@ -2,6 +2,17 @@
 
 use crate::error::{Error, Result};
 
+/// Columns between views of `width` columns each.
+fn gap(width: usize) -> usize {
+    (width / 100).max(2)
+}
+
+/// The column of a [`radiograph`](crate::formats::radiograph) or an [`error_map`](crate::formats::error_map) of views of
+/// `width` columns each in which one of the views, counted from 0, begins.
+pub fn first_column(view: usize, width: usize) -> usize {
+    view * (width + gap(width))
+}
+
 /// The shaded values of the views, width × height each, from left to right with a thin gap between them: the picture's
 /// width, and its pixels row by row.
 pub(super) fn side_by_side<T: Clone>(
@@ -11,8 +22,8 @@ pub(super) fn side_by_side<T: Clone>(
     shade: impl Fn(f32) -> T,
 ) -> Result<(usize, Vec<T>)> {
     check(views, [width, height])?;
-    let gap = (width / 100).max(2);
-    let total = views.len() * (width + gap) - gap;
+    let gap = gap(width);
+    let total = first_column(views.len(), width) - gap;
     let mut pixels = vec![gap_colour; total * height];
     for (row, line) in pixels.chunks_exact_mut(total).enumerate() {
         for (part, view) in line.chunks_mut(width + gap).zip(views) {
@@ -45,6 +56,7 @@ mod tests {
         let (left, right) = ([1.0, 2.0, 3.0, 4.0], [5.0, 6.0, 7.0, 8.0]);
         let (width, pixels) = side_by_side(&[&left, &right], [2, 2], 0, |value| value as i32).unwrap();
         assert_eq!((width, pixels), (6, vec![1, 2, 0, 0, 5, 6, 3, 4, 0, 0, 7, 8]));
+        assert_eq!([0, 1].map(|view| first_column(view, 2)), [0, 4]);
     }
 
     #[test]

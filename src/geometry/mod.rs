@@ -1,11 +1,16 @@
-//! Where things are: voxel grids, detector poses, projection matrices. Everything is float64 and in mm.
+//! Where things are: voxel grids, detector poses, projection matrices, directions in the patient. Everything is float64 and
+//! in mm.
 
+mod anatomical_direction;
 mod grid;
+mod patient_orientation;
 mod pose;
 mod projection;
 mod rigid_motion;
 
+pub use anatomical_direction::AnatomicalDirection;
 pub use grid::Grid;
+pub use patient_orientation::PatientOrientation;
 pub use pose::DetectorPose;
 pub use projection::Projection;
 pub use rigid_motion::RigidMotion;

@@ -80,6 +80,16 @@ fn raw_outputs_are_the_layers_of_the_exr() {
     }
 }
 
+/// Columns and pixels of 8 bits.
+fn grey_picture(path: &Path) -> (usize, Vec<u8>) {
+    let file = std::fs::File::open(path).expect("a picture");
+    let mut picture = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("PNG");
+    let mut pixels = vec![0; picture.output_buffer_size().expect("small")];
+    let info = picture.next_frame(&mut pixels).expect("PNG");
+    assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Grayscale, png::BitDepth::Eight));
+    (info.width as usize, pixels)
+}
+
 #[test]
 fn the_picture_has_the_head_up_and_the_left_side_right() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -90,12 +100,36 @@ fn the_picture_has_the_head_up_and_the_left_side_right() {
     std::fs::write(folder.path().join("alike.csv"), "energy_keV,a b,a_b\n60,0.2,0.2\n").expect("written");
     let ct = ["--ct", "ct.raw", "--dims", "8,8,8", "--spacing", "10,10,10", "--angles", "0"];
     succeed(folder.path(), &[&["project"], &ct[..], &["--size", "40x40", "--output", "out"]].concat());
-    let file = std::fs::File::open(folder.path().join("out/radiograph.png")).expect("a picture");
-    let mut picture = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("PNG");
-    let mut pixels = vec![0; picture.output_buffer_size().expect("small")];
-    picture.next_frame(&mut pixels).expect("PNG");
+    let (_, pixels) = grey_picture(&folder.path().join("out/radiograph.png"));
     let bright: Vec<usize> = (0..1600).filter(|&n| pixels[n] > 0).collect();
     assert!(bright.len() > 3 && bright.iter().all(|n| n % 40 >= 20 && n / 40 < 20), "{bright:?}");
+}
+
+#[test]
+fn the_sides_of_the_patient_are_in_the_picture_and_in_the_files() {
+    let folder = write_inputs();
+    let run = |angles: &str, output: &str| {
+        let own = ["project", "--angles", angles, "--size", "200x160", "--pixel", "1", "--output", output];
+        succeed(folder.path(), &[&own[..], &RAW].concat());
+        let (width, picture) = grey_picture(&folder.path().join(output).join("radiograph.png"));
+        let part = move |left: usize| -> Vec<u8> {
+            (0..30 * 30).map(|n| picture[(65 + n / 30) * width + left + n % 30]).collect()
+        };
+        (part(0), part(170))
+    };
+    // From the front the right edge is the patient's left, from the back the right: the letters change sides.
+    let (front, back) = (run("0", "front"), run("180", "back"));
+    let white = |part: &[u8]| part.iter().map(|&grey| grey == 255).collect::<Vec<_>>();
+    let letters = |part: &[u8]| white(part).iter().filter(|&&ink| ink).count();
+    assert!([&front.0, &front.1, &back.0, &back.1].iter().all(|part| letters(part) > 8));
+    assert_eq!([letters(&front.0), letters(&front.1)], [letters(&back.1), letters(&back.0)]);
+    assert_ne!(letters(&front.0), letters(&front.1));
+    for (output, expected) in [("front", r"L\H"), ("back", r"R\H")] {
+        let metadata = drr::formats::read_exr_metadata(&folder.path().join(output).join("view0.exr"));
+        let metadata: std::collections::HashMap<_, _> = metadata.expect("OpenEXR").into_iter().collect();
+        // As the rows are stored: from the feet on.
+        assert_eq!(metadata["drr.patient_orientation"], expected);
+    }
 }
 
 #[test]

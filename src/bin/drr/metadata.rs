@@ -1,6 +1,7 @@
 //! What images say about themselves: attributes of OpenEXR files.
 
 use drr::Projector;
+use drr::geometry::PatientOrientation;
 use drr::physics::Spectrum;
 use drr::plan::Stage;
 use glam::DVec3;
@@ -58,6 +59,7 @@ impl Metadata {
             ("first_pixel", mm(pose.first_pixel)),
             ("column_step", mm(pose.column_step)),
             ("row_step", mm(pose.row_step)),
+            ("patient_orientation", PatientOrientation::of(pose).to_string()),
         ];
         let all = self.0.iter().cloned().chain(own);
         all.map(|(name, value)| (format!("{PREFIX}{name}"), value)).collect()

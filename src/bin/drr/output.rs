@@ -6,10 +6,9 @@ use anyhow::{Context as _, Result};
 use clap::ValueEnum;
 use drr::Projector;
 use drr::engine::{Images, Layers};
-use drr::formats::{
-    ExrImage, radiograph, write_exr, write_png_gray8, write_raw_f32, write_raw_f64, write_text,
-};
+use drr::formats::{ExrImage, radiograph, write_exr, write_raw_f32, write_raw_f64, write_text};
 
+use crate::charts::mark_views;
 use crate::inputs::Setup;
 use crate::metadata::Metadata;
 use crate::physics::file_name;
@@ -163,15 +162,18 @@ impl<'a> Output<'a> {
         self.layers.iter().flat_map(of).collect()
     }
 
-    /// Views, and beside each other the detector's layers of each, as a radiologist expects them: bone bright, head up.
+    /// Views, and beside each other the detector's layers of each, as a radiologist expects them: bone bright, head up,
+    /// the sides of the patient at the edges.
     pub(crate) fn write_picture(&self, views: &Views, images: &Images<f32>) -> Result<()> {
         let ([width, height], layers) = (images.size, images.detector_layers);
         let shown = (images.views * layers).min(PICTURED);
         let image = |n: usize| images.of_detector_layer(&images.line_integral, n / layers, n % layers);
         let upright: Vec<Vec<f32>> = (0..shown).map(|n| views.upright(n / layers, image(n), width)).collect();
-        let picture = radiograph(&upright.iter().map(Vec::as_slice).collect::<Vec<_>>(), width, height)?;
-        let path = self.folder.join("radiograph.png");
-        Ok(write_png_gray8(&path, picture.width, picture.height, &picture.to_gray8())?)
+        let upright: Vec<_> = upright.iter().map(Vec::as_slice).collect();
+        let mut picture = radiograph(&upright, width, height)?.to_colour();
+        let sides: Vec<_> = (0..shown).map(|n| views.upright_orientation(n / layers)).collect();
+        mark_views(&mut picture, images.size, &sides)?;
+        Ok(picture.write_png(&self.folder.join("radiograph.png"))?)
     }
 
     pub(crate) fn write_plan(&self) -> Result<()> {

@@ -6,7 +6,7 @@ use anyhow::{Context as _, Result, bail};
 use clap::Args;
 use drr::ViewRequest;
 use drr::formats::{CArm, GeometryFile, PoseTable};
-use drr::geometry::{DetectorPose, Grid, View};
+use drr::geometry::{DetectorPose, Grid, PatientOrientation, View};
 use glam::DVec3;
 
 use crate::value;
@@ -184,6 +184,12 @@ impl Views {
     /// Whether the head is at the last row of a view.
     pub(crate) fn head_last(&self, view: usize) -> bool {
         self.poses[view].row_step.z > 0.0
+    }
+
+    /// Where the sides of a view lie in the patient when it is turned so that the head is up.
+    pub(crate) fn upright_orientation(&self, view: usize) -> PatientOrientation {
+        let stored = PatientOrientation::of(&self.poses[view]);
+        if self.head_last(view) { stored.upside_down() } else { stored }
     }
 
     /// The values of a view of `width` columns, turned so that the head is up.

@@ -36,6 +36,7 @@ impl<'a> Pictures<'a> {
             size: geometry.detector,
             pixel: geometry.pixel,
             head_last: self.scene.head_last,
+            upright: self.scene.upright_orientation(&view.nominal),
         };
         BeforeAfter {
             title: format!("Views aligned to {}", self.scene.name),

@@ -1,9 +1,10 @@
 //! The volume that is projected, and the parallel beam's geometry.
 
 use anyhow::{Context as _, Result, bail};
-use drr::geometry::Grid;
-use drr::parallel::ParallelGeometry;
+use drr::geometry::{AnatomicalDirection, Grid, PatientOrientation};
+use drr::parallel::{ParallelGeometry, ViewParameters};
 use drr::{Context, MAX_DETECTOR};
+use glam::{DMat3, DVec3};
 
 use super::Arguments;
 use crate::console::Console;
@@ -27,6 +28,8 @@ pub(super) struct Scene {
     pub(super) volume: Vec<f32>,
     /// Whether the head is at the volume's last slice.
     pub(super) head_last: bool,
+    /// The world's directions of the volume's axes.
+    axes: DMat3,
 }
 
 impl Scene {
@@ -36,7 +39,19 @@ impl Scene {
         let Attenuation { grid, values } = context.install(load)?;
         let geometry = with_detector(&grid, arguments)?;
         let head_last = grid.index_to_world().matrix3.z_axis.z >= 0.0;
-        Ok(Self { name: arguments.object.name(), geometry, volume: values, head_last })
+        let axes = grid.index_to_world().matrix3;
+        Ok(Self { name: arguments.object.name(), geometry, volume: values, head_last, axes })
+    }
+
+    /// Where the sides of a view lie in the patient when the head is up: it is the object that turns.
+    pub(super) fn upright_orientation(&self, parameters: &ViewParameters) -> PatientOrientation {
+        let seen = parameters.motion().rotation().transpose();
+        let in_patient = |axis: DVec3| {
+            let own = seen * axis;
+            AnatomicalDirection::of((0..3).map(|n| own[n] * self.axes.col(n).normalize()).sum())
+        };
+        let stored = PatientOrientation { row: in_patient(DVec3::X), column: in_patient(DVec3::Z) };
+        if self.head_last { stored.upside_down() } else { stored }
     }
 
     /// In words.

@@ -2,11 +2,13 @@
 
 use anyhow::Result;
 use drr::formats::{ColourPicture, error_map, radiograph};
+use drr::geometry::PatientOrientation;
 
 use super::colour_bar::with_colour_bar;
 use super::colour_range::colour_range;
 use super::contact_sheet::{ContactSheet, Panel};
 use super::nearest::nearest;
+use super::sides::mark_sides;
 use crate::rms::rmse;
 
 /// Columns and rows of a panel, at most.
@@ -25,6 +27,8 @@ pub(crate) struct Compared<'a> {
     pub(crate) pixel: [f64; 2],
     /// Whether the head is at the last row.
     pub(crate) head_last: bool,
+    /// Where the sides lie in the patient when the head is up.
+    pub(crate) upright: PatientOrientation,
 }
 
 /// Three panels per image: as it is given, and given − projected before and after.
@@ -45,7 +49,9 @@ impl BeforeAfter<'_> {
         for (n, view) in self.views.iter().enumerate() {
             let ([width, height], image) = view.shown(view.given);
             let (name, caption) = (format!("view {n}, {}", self.given), view.caption.clone());
-            panels.push(Panel { name, caption, picture: radiograph(&[&image], width, height)?.to_colour() });
+            let mut picture = radiograph(&[&image], width, height)?.to_colour();
+            mark_sides(&mut picture, [0, 0], [width, height], view.upright)?;
+            panels.push(Panel { name, caption, picture });
             for (k, name) in ["before", "after"].into_iter().enumerate() {
                 let ([width, height], left) = view.shown(&view.left(k));
                 let caption = format!("RMS {:.4}", rmse(view.given, view.projected[k]));
@@ -82,6 +88,9 @@ impl Compared<'_> {
 
 #[cfg(test)]
 mod tests {
+    use drr::geometry::DetectorPose;
+    use glam::DVec3;
+
     use super::*;
 
     #[test]
@@ -95,6 +104,7 @@ mod tests {
             size: [2, 3],
             pixel: [3.0, 1.0],
             head_last,
+            upright: PatientOrientation::of(&DetectorPose::c_arm(DVec3::ZERO, 0.0, 1.0, 2.0, 1.0, [2, 3])),
         };
         let (size, shown) = view(true).shown(&image);
         assert_eq!(size, [240, 120]);

@@ -5,7 +5,11 @@ use noto_sans_mono_bitmap::{FontWeight, RasterHeight, RasterizedChar, get_raster
 /// The letters of a text of this height (of lines, pixels), from left to right.
 pub(super) fn glyphs(text: &str, height: f64, bold: bool) -> impl Iterator<Item = RasterizedChar> {
     let weight = if bold { FontWeight::Bold } else { FontWeight::Regular };
-    let size = if height < 18.0 { RasterHeight::Size16 } else { RasterHeight::Size20 };
+    let size = match height {
+        ..18.0 => RasterHeight::Size16,
+        ..22.0 => RasterHeight::Size20,
+        _ => RasterHeight::Size24,
+    };
     text.chars().filter_map(move |letter| {
         let drawn = get_raster(letter, weight, size).or_else(|| get_raster(plain(letter), weight, size));
         drawn.or_else(|| get_raster('?', weight, size))
@@ -48,5 +52,6 @@ mod tests {
         assert_eq!(text_size("abcd", 16.0, false), [2 * width, height]);
         assert_eq!(text_size("", 16.0, false)[0], 0);
         assert!(text_size("ab", 20.0, true)[1] > height);
+        assert!(text_size("ab", 24.0, true)[1] > text_size("ab", 20.0, true)[1]);
     }
 }

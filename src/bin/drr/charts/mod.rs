@@ -1,4 +1,5 @@
-//! Charts: error against time, curves, bars, growth of times, contact sheets, and the colour bar of error maps.
+//! Charts: error against time, curves, bars, growth of times, contact sheets, the colour bar of error maps, and the
+//! letters of the patient's sides.
 
 mod axes;
 mod axis;
@@ -21,6 +22,7 @@ mod marker;
 mod nearest;
 mod plot;
 mod shapes;
+mod sides;
 
 pub(crate) use bars::{Bar, Bars};
 pub(crate) use before_after::{BeforeAfter, Compared};
@@ -32,6 +34,7 @@ pub(crate) use curves::{Curves, Scale, Series};
 pub(crate) use drawing::Drawing;
 pub(crate) use growth::{Growth, GrowthSheet};
 pub(crate) use nearest::nearest;
+pub(crate) use sides::{mark_sides, mark_views};
 
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,7 @@ use drr::formats::{ColourPicture, error_map, radiograph};
 use super::Study;
 use super::measured::Shown;
 use super::report::{Report, Row};
-use crate::charts::{Bar, Bars, ContactSheet, Drawing as _, Panel, colour_range};
+use crate::charts::{Bar, Bars, ContactSheet, Drawing as _, Panel, colour_range, mark_sides};
 
 pub(super) struct Pictures<'a> {
     pub(super) study: &'a Study<'a>,
@@ -58,7 +58,7 @@ impl Pictures<'_> {
         let mut panels = vec![Panel {
             name: "plain".into(),
             caption: "p = −ln(I/I0)".into(),
-            picture: radiograph_of(plain, 0)?,
+            picture: self.radiograph(plain)?,
         }];
         for shown in &self.shown[1..] {
             if shown.name.starts_with("plain")
@@ -67,7 +67,7 @@ impl Pictures<'_> {
             {
                 continue;
             }
-            panels.push(panel(shown, plain)?);
+            panels.push(self.panel(shown, plain)?);
         }
         let [width, height] = self.study.scene.detector;
         Ok(ContactSheet {
@@ -78,30 +78,36 @@ impl Pictures<'_> {
             panels,
         })
     }
-}
 
-fn panel(shown: &Shown, plain: &Shown) -> Result<Panel> {
-    let name = shown.name.to_owned();
-    if shown.name == "everything" {
-        return Ok(Panel { name, caption: "p of the first layer".into(), picture: radiograph_of(shown, 0)? });
+    fn panel(&self, shown: &Shown, plain: &Shown) -> Result<Panel> {
+        let name = shown.name.to_owned();
+        if shown.name == "everything" {
+            return Ok(Panel {
+                name,
+                caption: "p of the first layer".into(),
+                picture: self.radiograph(shown)?,
+            });
+        }
+        let (change, of): (Vec<f32>, &str) = if let [top, bottom] = &shown.line_integral[..] {
+            (top.iter().zip(bottom).map(|(top, bottom)| bottom - top).collect(), "bottom − top: ")
+        } else if ["another spectrum", "noise, integrating"].contains(&shown.name) {
+            let both = shown.line_integral[0].iter().zip(&plain.line_integral[0]);
+            (both.map(|(own, plain)| own - plain).collect(), "of p: ")
+        } else {
+            let both = shown.intensity[0].iter().zip(&plain.intensity[0]);
+            (both.map(|(own, plain)| -(own / plain).ln()).collect(), "")
+        };
+        let range = colour_range(&change);
+        let [width, height] = shown.size;
+        let picture = error_map(&[&change], width, height, range.unwrap_or(1.0))?;
+        let caption = range.map_or("no change".into(), |range| format!("{of}±{range}"));
+        Ok(Panel { name, caption, picture })
     }
-    let (change, of): (Vec<f32>, &str) = if let [top, bottom] = &shown.line_integral[..] {
-        (top.iter().zip(bottom).map(|(top, bottom)| bottom - top).collect(), "bottom − top: ")
-    } else if ["another spectrum", "noise, integrating"].contains(&shown.name) {
-        let both = shown.line_integral[0].iter().zip(&plain.line_integral[0]);
-        (both.map(|(own, plain)| own - plain).collect(), "of p: ")
-    } else {
-        let both = shown.intensity[0].iter().zip(&plain.intensity[0]);
-        (both.map(|(own, plain)| -(own / plain).ln()).collect(), "")
-    };
-    let range = colour_range(&change);
-    let [width, height] = shown.size;
-    let picture = error_map(&[&change], width, height, range.unwrap_or(1.0))?;
-    let caption = range.map_or("no change".into(), |range| format!("{of}±{range}"));
-    Ok(Panel { name, caption, picture })
-}
 
-fn radiograph_of(shown: &Shown, layer: usize) -> Result<ColourPicture> {
-    let [width, height] = shown.size;
-    Ok(radiograph(&[&shown.line_integral[layer]], width, height)?.to_colour())
+    fn radiograph(&self, shown: &Shown) -> Result<ColourPicture> {
+        let [width, height] = shown.size;
+        let mut picture = radiograph(&[&shown.line_integral[0]], width, height)?.to_colour();
+        mark_sides(&mut picture, [0, 0], shown.size, self.study.views.upright_orientation(0))?;
+        Ok(picture)
+    }
 }

@@ -43,12 +43,14 @@ impl Picture<'_> {
             caption: shown.caption.clone(),
             picture,
         };
-        let mut panels: Vec<_> =
-            self.volumes.iter().map(|shown| panel(shown, slices.grey(shown.values, window))).collect();
+        let mut panels = Vec::new();
+        for shown in &self.volumes {
+            panels.push(panel(shown, slices.grey(shown.values, window)?));
+        }
         let all: Vec<f32> = self.errors.iter().flat_map(|shown| shown.values.iter().copied()).collect();
         let range = colour_range(&all).unwrap_or(1.0);
         for shown in &self.errors {
-            panels.push(panel(shown, with_colour_bar(&slices.error(shown.values, range), range, "HU")?));
+            panels.push(panel(shown, with_colour_bar(&slices.error(shown.values, range)?, range, "HU")?));
         }
         let sheet = ContactSheet {
             title: self.title.clone(),

@@ -1,10 +1,11 @@
 //! Slices of a volume through its centre, as a picture.
 
+use anyhow::Result;
 use drr::formats::{ColourPicture, Rgb, error_colour};
-use drr::geometry::Grid;
+use drr::geometry::{AnatomicalDirection, Grid, PatientOrientation};
 use glam::DVec3;
 
-use crate::charts::nearest;
+use crate::charts::{mark_sides, nearest};
 
 /// Between slices, pixels.
 const GAP: usize = 6;
@@ -30,7 +31,7 @@ impl Slices {
     }
 
     /// Values from black to white.
-    pub(crate) fn grey(&self, values: &[f32], [black, white]: [f64; 2]) -> ColourPicture {
+    pub(crate) fn grey(&self, values: &[f32], [black, white]: [f64; 2]) -> Result<ColourPicture> {
         self.shaded(values, |value| {
             let fraction = ((f64::from(value) - black) / (white - black)).clamp(0.0, 1.0);
             [(255.0 * fraction).round() as u8; 3]
@@ -38,11 +39,11 @@ impl Slices {
     }
 
     /// Errors, blue where too low, red where too high.
-    pub(crate) fn error(&self, values: &[f32], range: f64) -> ColourPicture {
+    pub(crate) fn error(&self, values: &[f32], range: f64) -> Result<ColourPicture> {
         self.shaded(values, |value| error_colour(f64::from(value) / range))
     }
 
-    fn shaded(&self, values: &[f32], shade: impl Fn(f32) -> Rgb) -> ColourPicture {
+    fn shaded(&self, values: &[f32], shade: impl Fn(f32) -> Rgb) -> Result<ColourPicture> {
         let size = size_mm(&self.grid);
         let pixels = |axis: usize| ((size[axis] / self.pixel_mm).round() as usize).max(1);
         let heights = PLANES.map(|(_, row, _)| pixels(row));
@@ -61,9 +62,23 @@ impl Slices {
                     *pixel = shade(values[self.flat(index)]);
                 }
             }
+            mark_sides(
+                &mut picture,
+                [left, top],
+                [width, height],
+                self.orientation([across, down], downwards),
+            )?;
             top += height + GAP;
         }
-        picture
+        Ok(picture)
+    }
+
+    /// Where the sides of a slice lie in the patient.
+    fn orientation(&self, [across, down]: [usize; 2], downwards: bool) -> PatientOrientation {
+        let matrix = self.grid.index_to_world().matrix3;
+        let along = |axis: usize| AnatomicalDirection::of(matrix.col(axis) * matrix.col(axis)[axis].signum());
+        let shown = PatientOrientation { row: along(across), column: along(down) };
+        if downwards { shown } else { shown.upside_down() }
     }
 
     /// Where the voxel is; axes that run against the world's are turned round.
@@ -91,7 +106,7 @@ mod tests {
         // Bright where z is large and x is large.
         let at = |n: usize| if n / 8 >= 3 && n % 4 >= 2 { 1.0 } else { 0.0 };
         let values: Vec<f32> = (0..48).map(at).collect();
-        let picture = Slices::new(&grid, 40).grey(&values, [0.0, 1.0]);
+        let picture = Slices::new(&grid, 40).grey(&values, [0.0, 1.0]).unwrap();
         assert_eq!((picture.width, picture.height), (40, 40 + 30 + 30 + 2 * GAP));
         let coronal = 40 + GAP;
         let bright = |x, y| picture.pixel(x, coronal + y) == [255; 3];
@@ -107,9 +122,18 @@ mod tests {
         let mirrored = Grid::centred([4, 4, 4], DVec3::new(1.0, 1.0, -1.0)).unwrap();
         let values: Vec<f32> = (0..64).map(|n| n as f32).collect();
         let turned: Vec<f32> = (0..64).map(|n| ((3 - n / 16) * 16 + n % 16) as f32).collect();
-        let shown = |grid, values: &[f32]| Slices::new(grid, 16).grey(values, [0.0, 64.0]);
+        let shown = |grid, values: &[f32]| Slices::new(grid, 16).grey(values, [0.0, 64.0]).unwrap();
         let (own, other) = (shown(&grid, &values), shown(&mirrored, &turned));
         // Slices through the middle are the next one where the order is turned round.
         assert_eq!(own.pixels[40 * 16..], other.pixels[40 * 16..]);
+    }
+
+    #[test]
+    fn slices_say_which_side_is_which_however_the_grid_runs() {
+        for spacing in [DVec3::ONE, DVec3::new(-1.0, 1.0, -1.0)] {
+            let slices = Slices::new(&Grid::centred([4, 4, 4], spacing).unwrap(), 16);
+            let own = PLANES.map(|(a, b, downwards)| slices.orientation([a, b], downwards).to_string());
+            assert_eq!(own, [r"L\P", r"L\F", r"P\F"]);
+        }
     }
 }

@@ -40,6 +40,7 @@ impl<'a> Pictures<'a> {
             size: views.size,
             pixel: [views.poses[view].column_step, views.poses[view].row_step].map(DVec3::length),
             head_last: views.head_last(view),
+            upright: views.upright_orientation(view),
         };
         let moved = match self.report.target_errors() {
             Some([before, after]) => format!("mTRE {before:.2} mm before, {after:.3} mm after. "),

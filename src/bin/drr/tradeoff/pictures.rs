@@ -11,7 +11,7 @@ use drr::{Algorithm, Tolerance};
 use super::Study;
 use super::measured::Measured;
 use super::report::Report;
-use crate::charts::{Chart, Drawing as _, Point, with_colour_bar};
+use crate::charts::{Chart, Drawing as _, Point, mark_views, with_colour_bar};
 use crate::console::Console;
 use crate::times::{median, spread};
 
@@ -91,9 +91,13 @@ impl Pictures<'_> {
                 .map(|view| self.study.views.upright(view, images.view(&errors, view), sample.size()[0]))
                 .collect();
             let shown: Vec<&[f32]> = upright.iter().map(Vec::as_slice).collect();
+            let sides: Vec<_> =
+                (0..shown.len()).map(|view| self.study.views.upright_orientation(view)).collect();
             let range = range(&errors);
             let [width, height] = sample.size();
-            let map = with_colour_bar(&error_map(&shown, width, height, range)?, range, "HU")?;
+            let mut map = error_map(&shown, width, height, range)?;
+            mark_views(&mut map, sample.size(), &sides)?;
+            let map = with_colour_bar(&map, range, "HU")?;
             map.write_png(&self.folder.join(format!("error_{name}.png")))?;
             bar.inc(1);
         }
