@@ -314,11 +314,13 @@ DrrStatus drr_volume_destroy(struct DrrVolume *volume);
 
 /// Makes a volume of a CT in a file, slice by slice: memory for one slice is needed beside the volume.
 ///
-/// `path` is UTF-8 and ends in NUL: NIfTI-1 (.nii, .nii.gz). Of `*descriptor`, calibration and thresholds are read;
+/// `path` is UTF-8 and ends in NUL: a file of NIfTI-1 (.nii, .nii.gz), MetaImage (.mha, .mhd) or NRRD (.nrrd, .nhdr),
+/// or, in builds with the Cargo feature `dicom`, a folder with one series of DICOM files, or a file with all frames of
+/// one. Of `*descriptor`, calibration and thresholds are read;
 /// on success its dimensions and index_to_world become those of the file, in a world that is LPS (x to the patient's
 /// left, y to the back, z to the head), and `*volume` is a new handle, to be given to drr_volume_destroy. On failure
-/// both are left as they are. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_FILE, DRR_STATUS_OUT_OF_MEMORY, or
-/// DRR_STATUS_UNSUPPORTED in builds without readers of files (the Cargo feature `formats`). Any thread.
+/// both are left as they are. What is passed over in a folder is not told. Fails with DRR_STATUS_INVALID_ARGUMENT, DRR_STATUS_FILE, DRR_STATUS_OUT_OF_MEMORY, or
+/// DRR_STATUS_UNSUPPORTED in builds without the Cargo feature `formats`. Any thread.
 DrrStatus drr_volume_load(const DrrContext *context,
                           const char *path,
                           DrrVolumeDescriptor *descriptor,

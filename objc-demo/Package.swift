@@ -1,10 +1,10 @@
 // swift-tools-version: 5.7
-// The demo for Xcode and `swift build`, on macOS. The library is that of DRR_PREFIX (include/ and lib/), or the repository's:
-// cargo build --release --lib --no-default-features --features formats
+// The demo for Xcode and `swift build`, on macOS. The library is that of DRR_PREFIX, where cargo cinstall --libdir lib put it, or the repository's:
+// cargo build --release --lib --no-default-features --features dicom
 import PackageDescription
 
 let prefix = Context.environment["DRR_PREFIX"]
-let include = prefix.map { $0 + "/include" } ?? Context.packageDirectory + "/../include"
+let include = prefix.map { $0 + "/include/drr" } ?? Context.packageDirectory + "/../include"
 let library = prefix.map { $0 + "/lib" } ?? Context.packageDirectory + "/../target/release"
 
 // Flags that name folders outside of a package are "unsafe": only the package that is built itself may have them.

@@ -21,7 +21,7 @@ export MACOSX_DEPLOYMENT_TARGET=13.0
 slices=()
 for target in aarch64-apple-darwin x86_64-apple-darwin; do
     rustup target add "$target"
-    cargo build --release --locked --lib --target "$target" --target-dir "$work/$target"
+    cargo build --release --locked --lib --no-default-features --features dicom --target "$target" --target-dir "$work/$target"
     slices+=("$work/$target/$target/release/libdrr.dylib")
 done
 # build.rs has named it @rpath/libdrr.dylib.

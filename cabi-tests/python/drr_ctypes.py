@@ -69,13 +69,11 @@ def struct(name, size, fields):
 
 
 def read_abi():
-    """Fills TYPES, CONSTANTS and STRUCTS; the functions, as name, result and parameters."""
+    """Fills TYPES, CONSTANTS and STRUCTS; the functions, as result, name and parameters."""
     layouts, functions = {}, []
     for line in ABI.read_text().splitlines():
-        word, _, rest = line.strip().partition(" ")
-        if line.startswith("    "):
-            layouts[name][1].append((int(word), *re.fullmatch(r"(\d+) (.*)", rest).groups()))
-        elif word == "alias":
+        word, _, rest = line.partition(" ")
+        if word == "alias":
             name, kind = rest.split(" ")
             TYPES[name] = TYPES[kind]
         elif word == "callback":
@@ -86,10 +84,13 @@ def read_abi():
         elif word == "struct":
             name, size, _ = rest.split(" ")
             layouts[name] = (int(size), [])
+        elif word == "field":
+            name, offset, length, text = rest.split(" ", 3)
+            layouts[name][1].append((int(offset), int(length), text))
         elif word == "function":
             functions.append(re.fullmatch(r"(.*?)\s*(drr_\w+)\((.*)\)", rest).groups())
     for name, (size, fields) in layouts.items():
-        STRUCTS[name] = struct(name, size, [(offset, int(length), text) for offset, length, text in fields])
+        STRUCTS[name] = struct(name, size, fields)
     return functions
 
 

@@ -1,6 +1,7 @@
 # find_package(drr 0.1 CONFIG REQUIRED), then target_link_libraries(program PRIVATE drr::drr), or drr::drr_static.
 #
-# All paths are relative to this file: the folder that the package was installed into may be moved.
+# All paths are relative to this file: the folder that the package was installed into may be moved. On macOS the library itself
+# names the folder that it was installed to; install_name_tool -id changes that.
 if(CMAKE_VERSION VERSION_LESS 3.21)
     set(drr_FOUND FALSE)
     set(drr_NOT_FOUND_MESSAGE "drr needs CMake 3.21 or later")
@@ -9,7 +10,7 @@ endif()
 
 get_filename_component(drr_prefix "${CMAKE_CURRENT_LIST_DIR}/../../.." ABSOLUTE)
 set(drr_places HINTS "${drr_prefix}" PATH_SUFFIXES lib lib64 "lib/${CMAKE_LIBRARY_ARCHITECTURE}" NO_DEFAULT_PATH NO_CACHE)
-find_library(drr_shared NAMES drr ${drr_places})
+find_library(drr_shared NAMES "${CMAKE_SHARED_LIBRARY_PREFIX}drr${CMAKE_SHARED_LIBRARY_SUFFIX}" ${drr_places})
 find_library(drr_static NAMES libdrr.a ${drr_places})
 find_file(drr_pc NAMES pkgconfig/drr.pc ${drr_places})
 

@@ -1,5 +1,7 @@
 #import "DRRControls.h"
 
+#include <math.h>
+
 #import "DRRShot.h"
 
 @implementation DRRControls {
@@ -23,6 +25,7 @@
     slider.continuous = YES;
     NSTextField *const label = [NSTextField labelWithString:title];
     [label.widthAnchor constraintEqualToConstant:80].active = YES;
+    [slider.widthAnchor constraintEqualToConstant:200].active = YES;
     NSStackView *const row = [NSStackView stackViewWithViews:@[ label, slider ]];
     [self addArrangedSubview:row];
     return slider;
@@ -60,7 +63,7 @@
 }
 
 - (NSUInteger)kvp {
-    return [DRRShot.voltages[(NSUInteger)_kvp.integerValue] unsignedIntegerValue];
+    return [DRRShot.voltages[(NSUInteger)lround(_kvp.doubleValue)] unsignedIntegerValue];
 }
 
 - (double)window {

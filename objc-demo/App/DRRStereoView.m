@@ -9,10 +9,14 @@
     _metalLayer.pixelFormat = MTLPixelFormatBGRA8Unorm;
     _metalLayer.framebufferOnly = NO; /* a compute kernel writes it */
     _metalLayer.drawableSize = CGSizeMake(2 * size, size);
-    _metalLayer.contentsGravity = kCAGravityResizeAspect;
-    self.layer = _metalLayer;
     self.wantsLayer = YES;
+    self.layerContentsRedrawPolicy = NSViewLayerContentsRedrawNever; /* the renderer shows what there is to show */
+    self.layerContentsPlacement = NSViewLayerContentsPlacementScaleProportionallyToFit;
     return self;
+}
+
+- (CALayer *)makeBackingLayer {
+    return _metalLayer;
 }
 
 @end

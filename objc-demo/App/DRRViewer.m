@@ -34,6 +34,10 @@ enum { PIXELS = 720 };
 
     NSStackView *const content = [NSStackView stackViewWithViews:@[ view, _controls ]];
     content.orientation = NSUserInterfaceLayoutOrientationHorizontal;
+    content.distribution = NSStackViewDistributionFill;
+    [view.widthAnchor constraintGreaterThanOrEqualToConstant:600].active = YES;
+    [view.heightAnchor constraintEqualToAnchor:content.heightAnchor].active = YES;
+    [_controls.widthAnchor constraintEqualToConstant:320].active = YES;
     _window = [[NSWindow alloc] initWithContentRect:NSMakeRect(0, 0, 1500, 620)
                                           styleMask:NSWindowStyleMaskTitled | NSWindowStyleMaskClosable |
                                                     NSWindowStyleMaskResizable | NSWindowStyleMaskMiniaturizable

@@ -15,7 +15,7 @@
     NSMutableString *const text = [NSMutableString
         stringWithFormat:@"usage: drr-demo [options]\n\n"
                           "Two X-ray views of a CT, side by side in one picture, with what they took.\n\n"
-                          "  --ct FILE         what drr_volume_load reads, such as NIfTI [default: a phantom]\n"
+                          "  --ct FILE         NIfTI, MetaImage, NRRD, a folder of DICOM [default: a phantom]\n"
                           "  --angle DEGREES   views at -DEGREES and +DEGREES, above 0 to 45 [default: 6]\n"
                           "  --kvp KILOVOLTS   %@ [default: 120]\n"
                           "  --size PIXELS     of a view, 16 to 4096 [default: 720]\n"

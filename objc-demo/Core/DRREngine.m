@@ -41,8 +41,9 @@
     static const char *const names[] = {"auto", "cpu", "reference", "cuda", "metal"};
     DrrBackend backend = DRR_BACKEND_AUTO;
     drr_context_backend(_context, &backend);
-    NSString *name = [NSString stringWithUTF8String:names[backend % 5]];
-    NSString *device = [NSString stringWithUTF8String:drr_context_device_name(_context)];
+    const char *const known = backend < sizeof names / sizeof *names ? names[backend] : "unknown";
+    NSString *const name = [NSString stringWithUTF8String:known];
+    NSString *const device = [NSString stringWithUTF8String:drr_context_device_name(_context)];
     return [device length] == 0 ? name : [NSString stringWithFormat:@"%@ %@", name, device];
 }
 

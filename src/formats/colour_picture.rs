@@ -1,9 +1,12 @@
 //! A picture in colour.
 
+use std::io::Write as _;
 use std::path::Path;
 
 use crate::error::Result;
-use crate::formats::png::{write_png_gray8, write_png_rgb8};
+use crate::formats::file_error;
+use crate::formats::png::png_of_bytes;
+use crate::formats::replacement::Replacement;
 
 /// Red, green and blue as in sRGB.
 pub type Rgb = [u8; 3];
@@ -37,9 +40,17 @@ impl ColourPicture {
 
     /// Writes the picture as PNG, one that is grey throughout with one value per pixel.
     pub fn write_png(&self, path: &Path) -> Result<()> {
+        let mut file = Replacement::create(path)?;
+        file.write_all(&self.png()?).map_err(|e| file_error(path, e))?;
+        file.commit()
+    }
+
+    /// The bytes of such a file.
+    pub fn png(&self) -> Result<Vec<u8>> {
+        let size = [self.width, self.height];
         match self.greys() {
-            Some(greys) => write_png_gray8(path, self.width, self.height, &greys),
-            None => write_png_rgb8(path, self.width, self.height, self.pixels.as_flattened()),
+            Some(greys) => png_of_bytes(size, &greys, false),
+            None => png_of_bytes(size, self.pixels.as_flattened(), true),
         }
     }
 
@@ -68,6 +79,7 @@ mod tests {
             let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
             reader.next_frame(&mut bytes).unwrap();
             assert_eq!(bytes, expected);
+            assert_eq!(picture.png().unwrap(), std::fs::read(&path).unwrap());
         }
     }
 }

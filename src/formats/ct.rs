@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::Result;
-use crate::formats::{NiftiCt, RawCt, RawLayout, file_error, nifti};
+use crate::formats::{RawCt, RawLayout, StoredCt, file_error, has_ending, stored};
 use crate::geometry::Grid;
 
 /// How the voxels of a CT are delivered.
@@ -44,15 +44,55 @@ pub trait CtReader: Send {
     /// `File` when the file is damaged, or has voxels that are NaN or infinite (their number and the first of them
     /// are named); whatever `consume` returns. What was consumed before an error must not be used.
     fn read(&mut self, consume: &mut dyn FnMut(usize, Slice<'_>) -> Result<()>) -> Result<()>;
+
+    /// What else a user may want to know, a sentence each: what the file says of itself, and what was passed over. The
+    /// number of padding voxels is among it once they have been read. What may make images wrong begins with "warning: ".
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
 }
 
-/// Opens a CT: NIfTI when the name ends in `.nii` or `.nii.gz`, otherwise raw int16 HU, for which `raw` must be given.
+/// Opens a CT: DICOM when it is a folder or a DICOM file, NIfTI, MetaImage or NRRD when the name
+/// ends in `.nii`, `.nii.gz`, `.mha`, `.mhd`, `.nrrd` or `.nhdr`, otherwise raw int16 HU, for which `raw` must be given.
 pub fn open_ct(path: &Path, raw: Option<RawLayout>) -> Result<Box<dyn CtReader>> {
-    if nifti::is_nifti(path) {
-        return Ok(Box::new(NiftiCt::open(path)?));
+    if stored::is_stored(path) {
+        return Ok(Box::new(StoredCt::open(path)?));
     }
-    let reason =
-        "unknown format; valid: .nii, .nii.gz, or raw int16 HU with its dimensions, spacing and origin";
+    if raw.is_none() && is_dicom(path) {
+        return open_dicom(path);
+    }
+    let reason = "unknown format; valid: a DICOM folder, .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr, or raw int16 HU with its dimensions, spacing and origin";
     let layout = raw.ok_or_else(|| file_error(path, reason))?;
     Ok(Box::new(RawCt::open(path, layout)?))
+}
+
+/// Whether a CT doesn't say itself what it holds: neither a folder, nor a file of a known format.
+pub fn is_raw(path: &Path) -> bool {
+    !stored::is_stored(path) && !is_dicom(path)
+}
+
+/// By the content, where a name doesn't tell.
+fn is_dicom(path: &Path) -> bool {
+    path.is_dir() || has_ending(path, &[".dcm", "dicomdir"]) || says_dicom(path)
+}
+
+#[cfg(feature = "dicom")]
+fn says_dicom(path: &Path) -> bool {
+    // What cannot be read is found out when it is opened.
+    crate::formats::dicom::is_dicom(path).unwrap_or(false)
+}
+
+#[cfg(feature = "dicom")]
+fn open_dicom(path: &Path) -> Result<Box<dyn CtReader>> {
+    Ok(Box::new(crate::formats::DicomCt::open(path, None)?))
+}
+
+#[cfg(not(feature = "dicom"))]
+fn says_dicom(_path: &Path) -> bool {
+    false
+}
+
+#[cfg(not(feature = "dicom"))]
+fn open_dicom(path: &Path) -> Result<Box<dyn CtReader>> {
+    Err(file_error(path, "is DICOM, which this build does not read; valid: a build with the feature dicom"))
 }

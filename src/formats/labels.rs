@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::Result;
-use crate::formats::{NiftiLabels, RawLabels, nifti};
+use crate::formats::{RawLabels, StoredLabels, stored};
 use crate::geometry::Grid;
 
 /// Labels that can be read slice by slice, any number of times.
@@ -19,13 +19,13 @@ pub trait LabelReader: Send {
     fn read(&mut self, consume: &mut dyn FnMut(usize, &[u8]) -> Result<()>) -> Result<()>;
 }
 
-/// Opens the labels of a CT: NIfTI when the name ends in `.nii` or `.nii.gz`, otherwise raw uint8, x fastest.
+/// Opens the labels of a CT: NIfTI, MetaImage or NRRD when the name says so, otherwise raw uint8, x fastest.
 ///
 /// # Errors
-/// `File` when dimensions, or the places that a NIfTI file states, are not those of the CT's grid.
+/// `File` when dimensions, or the places that the file states, are not those of the CT's grid.
 pub fn open_labels(path: &Path, ct: &Grid) -> Result<Box<dyn LabelReader>> {
-    if nifti::is_nifti(path) {
-        Ok(Box::new(NiftiLabels::open(path, ct)?))
+    if stored::is_stored(path) {
+        Ok(Box::new(StoredLabels::open(path, ct)?))
     } else {
         Ok(Box::new(RawLabels::open(path, ct)?))
     }

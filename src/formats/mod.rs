@@ -7,20 +7,32 @@ mod colour_picture;
 mod ct;
 mod ct_volume;
 mod curve;
+mod data_file;
+#[cfg(feature = "dicom")]
+mod dicom;
 mod error_map;
 mod exr;
 mod geometry;
+mod json_texts;
 mod labels;
+mod meta_image;
 mod mosaic;
 mod nifti;
+mod nrrd;
 mod picture;
 mod png;
 mod pose_table;
 mod raw;
 mod replacement;
+mod sixteen_bits;
 mod slices;
+mod stored;
 mod tables;
+#[cfg(test)]
+mod test_volume;
 mod text;
+mod text_header;
+mod tiff;
 mod views;
 
 use std::path::Path;
@@ -28,21 +40,26 @@ use std::path::Path;
 use crate::error::Error;
 
 pub use colour_picture::{ColourPicture, Rgb};
-pub use ct::{CtHeader, CtReader, Slice, VoxelKind, open_ct};
+pub use ct::{CtHeader, CtReader, Slice, VoxelKind, is_raw, open_ct};
 pub use ct_volume::read_volume;
 pub use curve::read_curve;
+#[cfg(feature = "dicom")]
+pub use dicom::{DicomCt, RtImage, read_rt_image_description, write_rt_image};
 pub use error_map::{error_colour, error_map};
 pub use exr::{ExrImage, read_exr_metadata, write_exr};
 pub use geometry::GeometryFile;
 pub use labels::{LabelReader, open_labels};
 pub use mosaic::first_column;
-pub use nifti::{NiftiCt, NiftiLabels, NiftiVoxel, NiftiWriter};
+pub use nifti::{NiftiVoxel, NiftiWriter, is_nifti};
 pub use picture::{Picture, radiograph};
-pub use png::{write_png_gray8, write_png_gray16, write_png_rgb8};
+pub use png::{read_png_texts, write_png_gray16};
 pub use pose_table::{CArm, PoseTable};
 pub use raw::{RawCt, RawLabels, RawLayout, read_raw_f32, write_raw_f32, write_raw_f64};
+pub use sixteen_bits::SixteenBits;
+pub use stored::{StoredCt, StoredLabels};
 pub use tables::{Column, Table, read_detector, read_materials, read_spectrum};
 pub use text::write_text;
+pub use tiff::{TiffPage, read_tiff_metadata, write_tiff};
 pub use views::{VIEW_COLUMNS, read_views, write_views};
 
 /// A result whose error is the reason alone; the caller adds the path.

@@ -209,7 +209,7 @@ mod tests {
 
     #[test]
     fn a_file_of_unknown_format_is_refused() {
-        assert!(open_ct(Path::new("ct.mha"), None).err().unwrap().to_string().contains(".nii.gz"));
+        assert!(open_ct(Path::new("ct.img"), None).err().unwrap().to_string().contains(".nii.gz"));
     }
 
     #[test]

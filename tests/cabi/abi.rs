@@ -11,8 +11,8 @@ use crate::root;
 use crate::toolchain::{Compiler, Library, launch, run, scratch};
 
 const SNAPSHOT: &str = "cabi-tests/abi.txt";
-const FIRST_LINES: &str = "# What compiled callers rely on, where pointers have 64 bits: structs have size, alignment and, for each
-# field, offset and size. DRR_UPDATE_ABI=1 cargo test --test cabi abi rewrites this file; CHANGELOG.md tells of the change.
+const FIRST_LINES: &str = "# What compiled callers rely on, where pointers have 64 bits: structs have size and alignment, fields
+# offset and size. DRR_UPDATE_ABI=1 cargo test --test cabi abi rewrites this file; CHANGELOG.md tells of the change.
 ";
 
 /// The snapshot of the header, as `compiler` reads it.
@@ -122,7 +122,7 @@ fn measured(header: &Header, compiler: &Compiler) -> Result<String, Failed> {
         writeln!(program, "printf(\"struct {name} %zu %zu\\n\", sizeof({name}), _Alignof({name}));")?;
         for field in fields {
             let (member, spelt) = (&field.name, spelt(field));
-            write!(program, "printf(\"    %zu %zu {spelt}\\n\", offsetof({name}, {member}), ")?;
+            write!(program, "printf(\"field {name} %zu %zu {spelt}\\n\", offsetof({name}, {member}), ")?;
             writeln!(program, "sizeof((({name} *)0)->{member}));")?;
         }
     }

@@ -132,6 +132,8 @@ fn install() -> Result<PathBuf, Failed> {
         "--profile",
         "dev",
         "--no-default-features",
+        "--features",
+        "dicom",
         "--locked",
         "--offline",
         "--libdir",

@@ -5,9 +5,11 @@
 mod align;
 mod batch;
 mod effects;
+mod formats;
 mod project;
 mod reconstruct;
 mod register;
+mod report;
 mod scaling;
 #[path = "../support/mod.rs"]
 mod support;

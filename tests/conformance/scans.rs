@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use drr::Scene;
 use drr::engine::Backend;
-use drr::formats::{CtReader as _, NiftiCt, Slice};
+use drr::formats::{CtReader as _, Slice, StoredCt};
 use drr::geometry::DetectorPose;
 use drr::phantom::Phantom;
 use drr::volume::{Volume, VolumeBuilder};
@@ -30,7 +30,7 @@ fn stereo_pair(backend: Backend, name: &str, volume: &Arc<Volume>) {
 fn of_a_real_chest(backend: Backend) {
     let path =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("src/bin/drr/default_ct/lidc_idri_0001_lowres.nii.gz");
-    let mut ct = NiftiCt::open(&path).expect("the CT is there");
+    let mut ct = StoredCt::open(&path).expect("the CT is there");
     let mut builder = VolumeBuilder::int16(ct.header().grid, &classification(), false).expect("memory");
     let read = ct.read(&mut |_, slice| match slice {
         Slice::Int16(hu) => builder.push_int16(hu, None),

@@ -4,6 +4,10 @@
 
 mod c_boundary;
 #[cfg(feature = "formats")]
+mod ct;
+#[cfg(feature = "dicom")]
+mod dicom;
+#[cfg(feature = "formats")]
 mod file;
 #[cfg(feature = "formats")]
 mod geometry;
@@ -15,6 +19,8 @@ mod nifti;
 mod pose_table;
 #[cfg(feature = "formats")]
 mod tables;
+#[cfg(feature = "formats")]
+mod text_headers;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -69,4 +75,16 @@ fn in_tables_of_views() {
 #[test]
 fn in_tables() {
     replay("tables", tables::check);
+}
+
+#[cfg(feature = "dicom")]
+#[test]
+fn in_dicom_files() {
+    replay("dicom", dicom::check);
+}
+
+#[cfg(feature = "formats")]
+#[test]
+fn in_text_headers() {
+    replay("text_headers", text_headers::check);
 }

@@ -2,10 +2,9 @@
 
 use std::io::Write;
 
-use drr::formats::{Slice, VoxelKind, open_ct};
 use flate2::{Compression, write::GzEncoder};
 
-use crate::file;
+use crate::{ct, file};
 
 /// Whether the file was accepted. Reads the bytes as they are, and as the content of a compressed file: its checksums
 /// would stop every mutation.
@@ -22,29 +21,5 @@ pub(crate) fn check(bytes: &[u8]) -> bool {
 
 /// The bits of all voxels.
 fn read(bytes: &[u8]) -> Option<Vec<u32>> {
-    let path = file::with_content("ct.nii", bytes);
-    let mut ct = open_ct(&path, None).ok()?;
-    let header = *ct.header();
-    let [n0, n1, n2] = header.grid.dimensions();
-    let mut slices = 0;
-    let mut voxels = Vec::new();
-    let read = ct.read(&mut |k, slice| {
-        assert_eq!(k, slices, "slices come in order");
-        slices += 1;
-        match slice {
-            Slice::Int16(values) => {
-                assert_eq!((header.voxels, values.len()), (VoxelKind::Int16, n0 * n1));
-                voxels.extend(values.iter().map(|&v| u32::from(v.cast_unsigned())));
-            }
-            Slice::Float32(values) => {
-                assert_eq!((header.voxels, values.len()), (VoxelKind::Float32, n0 * n1));
-                assert!(values.iter().all(|v| v.is_finite()));
-                voxels.extend(values.iter().map(|v| v.to_bits()));
-            }
-        }
-        Ok(())
-    });
-    read.ok()?;
-    assert_eq!(slices, n2, "no slice is missing");
-    Some(voxels)
+    ct::voxels(&file::with_content("ct.nii", bytes))
 }

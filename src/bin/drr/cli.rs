@@ -14,8 +14,11 @@ const EXAMPLES: &str = "\
 Examples:
   drr                                                     the main job on the built-in CT
   drr project --ct chest.nii.gz --output out              two views of a CT of your own
+  drr project --ct scans/chest --report                   a folder of DICOM; a page about the run
   drr project --ct chest.raw --dims 512,512,300 --spacing 0.7,0.7,1 --angles -6,0,6 --raw --output out
   drr project --ct chest.nii.gz --engine reference --algorithm exact --size 90x90 --output truth
+  drr project --ct chest.nii.gz --formats tiff,png16 --report
+                                                          images for other programs; the run on one page, report.html
   drr plan --ct chest.nii.gz                              what would run, and why
   drr tradeoff --ct chest.nii.gz                          what accuracy costs in time: a table, a chart, error maps
   drr project --ct chest.nii.gz --tolerance-hu 2          the cheapest method that keeps an error
@@ -34,6 +37,8 @@ Examples:
   drr phantom thorax --noise --size 720,720,665 --output thorax.nii
   drr validate                                            the measured error against closed forms
   drr check                                               the hard cases on this machine, against exact arithmetic
+  drr manual --output ~/.local/share/man/man1             manual pages: man drr-project
+  drr completions bash > ~/.local/share/bash-completion/completions/drr
 
 Exit codes: 0 done; 1 a validation or a check failed, or memory ran out; 2 an argument or an input is not valid.";
 
@@ -51,7 +56,7 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Project a CT: OpenEXR images, a PNG picture and the plan.
+    /// Project a CT: images (OpenEXR, PNG, TIFF, DICOM), a picture, the plan and, with --report, a page about it all.
     Project(crate::project::Arguments),
     /// Print what `project` would run with the same inputs, and why; what it may run depends on --layers.
     Plan(crate::plan::Arguments),
@@ -75,4 +80,8 @@ pub(crate) enum Command {
     Validate(crate::validate::Arguments),
     /// Run the hard cases on the engines of this machine, against exact arithmetic.
     Check(crate::check::Arguments),
+    /// Write the manual pages of the command and its subcommands, for man.
+    Manual(crate::manual::Arguments),
+    /// Print what a shell completes arguments by.
+    Completions(crate::completions::Arguments),
 }

@@ -1,12 +1,14 @@
 //! The CT and its labels: which files, and how they become a volume.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
-use drr::formats::{CtReader, LabelReader, RawLayout, Slice, VoxelKind, open_ct, open_labels};
+use drr::formats::{
+    CtReader, DicomCt, LabelReader, RawLayout, Slice, VoxelKind, is_raw, open_ct, open_labels,
+};
 use drr::geometry::Grid;
 use drr::volume::{Classification, Volume, VolumeBuilder};
 use glam::DVec3;
@@ -17,11 +19,15 @@ use crate::{default_ct, value};
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Volume")]
 pub(crate) struct CtArguments {
-    /// CT in HU: .nii or .nii.gz, or raw int16 (little-endian, x fastest), which needs --dims and --spacing
+    /// CT in HU: a DICOM folder, NIfTI, MetaImage or NRRD, or raw int16 (little-endian, x fastest), which needs --dims and --spacing
     ///
-    /// Without it, the CT that the command carries is projected.
-    #[arg(long, value_name = "FILE")]
+    /// Without it, the CT that the command carries is projected. A DICOM folder may hold folders, and files that are no
+    /// slices; one file will do where it has several frames.
+    #[arg(long, value_name = "DIR|FILE")]
     ct: Option<PathBuf>,
+    /// The series to read of a DICOM folder with several: its SeriesInstanceUID, which the command lists without this
+    #[arg(long, value_name = "UID", requires = "ct", conflicts_with = "dims")]
+    series: Option<String>,
     /// Voxels of a raw CT along x, y, z
     #[arg(long, value_name = "NX,NY,NZ", value_parser = value::dimensions, allow_hyphen_values = true, requires = "ct")]
     dims: Option<[usize; 3]>,
@@ -33,7 +39,7 @@ pub(crate) struct CtArguments {
     #[arg(long, value_name = "X,Y,Z", value_parser = value::vector, requires = "dims")]
     #[arg(allow_hyphen_values = true)]
     origin: Option<DVec3>,
-    /// Material label of every voxel, 0 to 7: NIfTI on the grid of the CT, or raw uint8; labels win over --thresholds
+    /// Material label of every voxel, 0 to 7: NIfTI, MetaImage or NRRD on the grid of the CT, or raw uint8; labels win over --thresholds
     #[arg(long, value_name = "FILE")]
     labels: Option<PathBuf>,
 }
@@ -45,6 +51,8 @@ pub(crate) struct Loaded {
     pub(crate) reading: Duration,
     /// Making voxels of HU and labels.
     pub(crate) classifying: Duration,
+    /// What the files say that may make images wrong.
+    pub(crate) warnings: Vec<String>,
 }
 
 impl CtArguments {
@@ -83,22 +91,35 @@ impl CtArguments {
             None => ct.read(&mut |_, slice| push(slice, None)).context("--ct")?,
         }
         bar.finish_and_clear();
+        let mut warnings = Vec::new();
+        for note in ct.notes() {
+            match note.strip_prefix("warning: ") {
+                Some(warning) => {
+                    Console::warn(format_args!("--ct: {warning}"));
+                    warnings.push(format!("--ct: {warning}"));
+                }
+                None => console.say(format_args!("ct      {note}")),
+            }
+        }
         let finishing = Instant::now();
         let volume = builder.finish()?;
         classifying += finishing.elapsed();
-        Ok(Loaded { volume, reading: start.elapsed().saturating_sub(classifying), classifying })
+        Ok(Loaded { volume, reading: start.elapsed().saturating_sub(classifying), classifying, warnings })
     }
 
     fn open(&self) -> Result<Box<dyn CtReader>> {
         let Some(path) = &self.ct else { return Ok(Box::new(default_ct::open()?)) };
-        let nifti = is_nifti(path);
-        if nifti && self.dims.is_some() {
-            bail!("--dims is given with a NIfTI file; valid: only with a raw CT");
+        if let Some(series) = &self.series {
+            return Ok(Box::new(DicomCt::open(path, Some(series)).context("--ct, --series")?));
+        }
+        let raw = is_raw(path);
+        if !raw && self.dims.is_some() {
+            bail!("--dims is given with a file that says itself what it holds; valid: only with a raw CT");
         }
         let layout = self.dims.map(|dimensions| self.layout(dimensions)).transpose()?;
-        if !nifti && layout.is_none() {
+        if raw && layout.is_none() {
             bail!(
-                "--dims is missing: {} is not a NIfTI file (.nii, .nii.gz) and raw voxels need it",
+                "--dims is missing: {} is not a DICOM folder or file, nor .nii, .nii.gz, .mha, .mhd, .nrrd, .nhdr, and raw voxels need it",
                 path.display()
             );
         }
@@ -111,12 +132,6 @@ impl CtArguments {
         let origin = self.origin.unwrap_or(centred.index_to_world().translation);
         Ok(RawLayout { dimensions, spacing, origin })
     }
-}
-
-/// Whether the name says so.
-pub(crate) fn is_nifti(path: &Path) -> bool {
-    let is = |path: &Path, ending: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(ending));
-    is(path, "nii") || is(path, "gz") && path.file_stem().is_some_and(|stem| is(Path::new(stem), "nii"))
 }
 
 type Push<'a> = dyn FnMut(Slice<'_>, Option<&[u8]>) -> drr::Result<()> + 'a;

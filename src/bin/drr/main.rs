@@ -9,6 +9,7 @@ mod certificate;
 mod charts;
 mod check;
 mod cli;
+mod completions;
 mod console;
 mod ct;
 mod default_ct;
@@ -16,8 +17,12 @@ mod effect_arguments;
 mod effects;
 mod fingerprint;
 mod fit;
+mod format;
 mod inputs;
+mod job;
+mod layer;
 mod line_integrals;
+mod manual;
 mod memory;
 mod metadata;
 mod method;
@@ -29,6 +34,7 @@ mod plan;
 mod project;
 mod reconstruct;
 mod register;
+mod report;
 mod rms;
 mod rounding;
 mod times;
@@ -77,6 +83,8 @@ fn main() -> ExitCode {
         Some(Command::Phantom(arguments)) => phantom::run(&arguments, console),
         Some(Command::Validate(arguments)) => validate::run(&arguments, console),
         Some(Command::Check(arguments)) => check::run(&arguments, console),
+        Some(Command::Manual(arguments)) => manual::run(&arguments, console),
+        Some(Command::Completions(arguments)) => completions::run(&arguments),
     };
     done.unwrap_or_else(|error| {
         eprintln!("error: {error:#}");

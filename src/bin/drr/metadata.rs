@@ -1,4 +1,4 @@
-//! What images say about themselves: attributes of OpenEXR files.
+//! What image files say about themselves, by name.
 
 use drr::Projector;
 use drr::geometry::PatientOrientation;
@@ -24,10 +24,7 @@ impl Metadata {
         Self(vec![
             ("version", format!("drr {}", drr::VERSION)),
             ("world", "LPS, mm".into()),
-            (
-                "pixel",
-                "column i, row j: first_pixel + i column_step + j row_step; row 0 is stored first".into(),
-            ),
+            ("pixel", "column i, row j: first_pixel + i column_step + j row_step".into()),
             ("layers", layers.join(", ")),
             ("units", units.into()),
             ("spectrum", detected(projector, |spectrum| spectrum.name().into())),

@@ -5,13 +5,12 @@ use std::process::ExitCode;
 
 use anyhow::{Context as _, Result, bail};
 use clap::Args;
-use drr::formats::NiftiWriter;
+use drr::formats::{NiftiWriter, is_nifti};
 use drr::geometry::Grid;
 use drr::phantom::Phantom;
 use glam::DVec3;
 
 use crate::console::Console;
-use crate::ct::is_nifti;
 use crate::value;
 
 #[derive(Debug, Args)]

@@ -33,6 +33,7 @@ pub(crate) struct Arguments {
 
 /// `drr plan`.
 pub(crate) fn run(arguments: &Arguments, console: Console) -> Result<ExitCode> {
+    let console = console.without_text(arguments.json);
     let setup = arguments.inputs.setup()?;
     let volume = Arc::new(setup.load(console)?.volume);
     let views = setup.views(&volume)?;

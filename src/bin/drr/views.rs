@@ -97,6 +97,7 @@ pub(crate) struct Views {
     /// The number of the first one.
     first: usize,
     named: Named,
+    source_axis_mm: Option<f64>,
 }
 
 /// What views are called.
@@ -116,6 +117,8 @@ pub(crate) struct NamedView {
     /// What its noise follows from.
     pub(crate) number: usize,
     pub(crate) pose: DetectorPose,
+    /// Distance from the source to the axis that it turns about, mm, where one was stated for all views.
+    pub(crate) source_axis_mm: Option<f64>,
 }
 
 impl ViewArguments {
@@ -143,20 +146,21 @@ impl ViewArguments {
         if let Some(path) = &self.geometry {
             let file = GeometryFile::read(path).context("--geometry")?;
             let size = [file.width, file.height];
-            return Ok(Views { size, poses: file.views, first, named: Named::Plainly });
+            return Ok(Views { size, poses: file.views, first, named: Named::Plainly, source_axis_mm: None });
         }
         let pixel = self.pixel.unwrap_or(DEFAULT_WIDTH_MM / self.size[0].max(1) as f64);
         if let Some(path) = &self.views {
             let (centre, size) = (grid.centre(), self.size);
             let c_arm = CArm { centre, size, sad_mm: self.sad, sdd_mm: self.sdd, pixel_mm: pixel };
             let PoseTable { poses, names } = PoseTable::read(path, &c_arm).context("--views")?;
-            return Ok(Views { size, poses, first, named: names.map_or(Named::InOrder, Named::As) });
+            let named = names.map_or(Named::InOrder, Named::As);
+            return Ok(Views { size, poses, first, named, source_axis_mm: None });
         }
         let pose =
             |&angle: &f64| DetectorPose::c_arm(grid.centre(), angle, self.sad, self.sdd, pixel, self.size);
         let poses: Vec<_> = self.angles.iter().map(pose).collect();
         poses.iter().try_for_each(DetectorPose::validate).context("--angles, --sad, --sdd, --pixel")?;
-        Ok(Views { size: self.size, poses, first, named: Named::Plainly })
+        Ok(Views { size: self.size, poses, first, named: Named::Plainly, source_axis_mm: Some(self.sad) })
     }
 }
 
@@ -178,7 +182,7 @@ impl Views {
             Named::InOrder => format!("view{number:06}"),
             Named::As(names) => names[view].clone(),
         };
-        NamedView { name, number, pose: self.poses[view] }
+        NamedView { name, number, pose: self.poses[view], source_axis_mm: self.source_axis_mm }
     }
 
     /// Whether the head is at the last row of a view.
@@ -194,10 +198,28 @@ impl Views {
 
     /// The values of a view of `width` columns, turned so that the head is up.
     pub(crate) fn upright(&self, view: usize, values: &[f32], width: usize) -> Vec<f32> {
-        if self.head_last(view) {
-            values.chunks_exact(width).rev().flatten().copied().collect()
-        } else {
-            values.to_vec()
-        }
+        if self.head_last(view) { last_row_first(values, width) } else { values.to_vec() }
     }
+}
+
+impl NamedView {
+    /// Pose and values, `width` columns of them, turned so that the head is up and left and right are as the source sees them.
+    pub(crate) fn seen_from_source(&self, values: &[f32], width: usize) -> (DetectorPose, Vec<f32>) {
+        let (mut pose, mut values) = (self.pose, values.to_vec());
+        if pose.row_step.z > 0.0 {
+            pose.first_pixel += (values.len() / width - 1) as f64 * pose.row_step;
+            pose.row_step = -pose.row_step;
+            values = last_row_first(&values, width);
+        }
+        if pose.column_step.cross(pose.row_step).dot(pose.first_pixel - pose.source) < 0.0 {
+            pose.first_pixel += (width - 1) as f64 * pose.column_step;
+            pose.column_step = -pose.column_step;
+            values.chunks_exact_mut(width).for_each(<[f32]>::reverse);
+        }
+        (pose, values)
+    }
+}
+
+fn last_row_first(values: &[f32], width: usize) -> Vec<f32> {
+    values.chunks_exact(width).rev().flatten().copied().collect()
 }

@@ -3,8 +3,8 @@
 use nifti::{Endianness, NiftiHeader};
 
 use super::affine::index_to_world;
-use super::storage::Storage;
 use crate::formats::Checked;
+use crate::formats::stored::{Array, Storage};
 use crate::geometry::Grid;
 
 /// Bytes of the header.
@@ -15,50 +15,44 @@ pub(super) const FIRST_VOXEL: u64 = 352;
 const NIFTI_2_BYTES: i32 = 540;
 
 /// What a header says about the voxels that follow it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Header {
-    pub(super) grid: Grid,
-    pub(super) storage: Storage,
-    pub(super) big_endian: bool,
-    /// Position of the first voxel in the (uncompressed) file.
-    pub(super) offset: u64,
-    /// Value = slope × stored number + intercept.
-    pub(super) slope: f64,
-    pub(super) intercept: f64,
+pub(super) fn parse(bytes: &[u8; HEADER_BYTES]) -> Checked<Array> {
+    let size = [bytes[0], bytes[1], bytes[2], bytes[3]];
+    if [i32::from_le_bytes(size), i32::from_be_bytes(size)].contains(&NIFTI_2_BYTES) {
+        return Err("is NIfTI-2; valid: NIfTI-1".to_owned());
+    }
+    let header = NiftiHeader::from_reader(&bytes[..]).map_err(|e| format!("is not NIfTI-1: {e}"))?;
+    if header.sizeof_hdr != HEADER_BYTES as i32 {
+        return Err(format!("sizeof_hdr is {}; valid: {HEADER_BYTES}", header.sizeof_hdr));
+    }
+    if header.magic != *b"n+1\0" {
+        return Err("is a header whose voxels are in another file (.img); valid: both in one .nii".to_owned());
+    }
+    let (slope, intercept) = scaling(&header)?;
+    let storage = storage(header.datatype)?;
+    let grid = Grid::new(dimensions(&header)?, index_to_world(&header)?).map_err(|e| e.to_string())?;
+    let big_endian = header.endianness == Endianness::Big;
+    Ok(Array { grid, storage, big_endian, slope, intercept, offset: offset(&header)? })
 }
 
-impl Header {
-    pub(super) fn parse(bytes: &[u8; HEADER_BYTES]) -> Checked<Self> {
-        let size = [bytes[0], bytes[1], bytes[2], bytes[3]];
-        if [i32::from_le_bytes(size), i32::from_be_bytes(size)].contains(&NIFTI_2_BYTES) {
-            return Err("is NIfTI-2; valid: NIfTI-1".to_owned());
+/// From the header's `datatype`.
+fn storage(code: i16) -> Checked<Storage> {
+    Ok(match code {
+        2 => Storage::U8,
+        4 => Storage::I16,
+        8 => Storage::I32,
+        16 => Storage::F32,
+        64 => Storage::F64,
+        256 => Storage::I8,
+        512 => Storage::U16,
+        768 => Storage::U32,
+        1024 => Storage::I64,
+        1280 => Storage::U64,
+        _ => {
+            return Err(format!(
+                "datatype is {code}; valid: 2, 4, 8, 256, 512, 768, 1024, 1280 (integers), 16, 64 (floats)"
+            ));
         }
-        let header = NiftiHeader::from_reader(&bytes[..]).map_err(|e| format!("is not NIfTI-1: {e}"))?;
-        if header.sizeof_hdr != HEADER_BYTES as i32 {
-            return Err(format!("sizeof_hdr is {}; valid: {HEADER_BYTES}", header.sizeof_hdr));
-        }
-        if header.magic != *b"n+1\0" {
-            return Err(
-                "is a header whose voxels are in another file (.img); valid: both in one .nii".to_owned()
-            );
-        }
-        let (slope, intercept) = scaling(&header)?;
-        let storage = Storage::from_datatype(header.datatype)?;
-        let grid = Grid::new(dimensions(&header)?, index_to_world(&header)?).map_err(|e| e.to_string())?;
-        let big_endian = header.endianness == Endianness::Big;
-        Ok(Self { grid, storage, big_endian, offset: offset(&header)?, slope, intercept })
-    }
-
-    /// Bytes of one slice.
-    pub(super) fn slice_bytes(&self) -> usize {
-        let [n0, n1, _] = self.grid.dimensions();
-        n0 * n1 * self.storage.bytes()
-    }
-
-    /// Bytes of the uncompressed file up to its last voxel.
-    pub(super) fn file_bytes(&self) -> u64 {
-        self.offset + (self.slice_bytes() * self.grid.dimensions()[2]) as u64
-    }
+    })
 }
 
 /// Three dimensions; more are accepted when they are trivial.
@@ -105,26 +99,26 @@ fn offset(header: &NiftiHeader) -> Checked<u64> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_file::TestFile;
+    use super::super::TestFile;
     use super::*;
 
-    fn parse(file: &TestFile) -> Checked<Header> {
-        Header::parse(file.bytes[..HEADER_BYTES].try_into().unwrap())
+    fn read(file: &TestFile) -> Checked<Array> {
+        parse(file.bytes[..HEADER_BYTES].try_into().unwrap())
     }
 
     #[test]
     fn both_byte_orders_say_the_same() {
-        let read = |big| {
+        let in_order = |big| {
             let mut file = TestFile::new(big, [4, 3, 2], 512);
             file.put_f32(108, 400.0).put_f32(112, 2.0).put_f32(116, -1024.0);
-            parse(&file).unwrap()
+            read(&file).unwrap()
         };
-        let (little, big) = (read(false), read(true));
+        let (little, big) = (in_order(false), in_order(true));
         assert_eq!((little.offset, little.slope, little.intercept), (400, 2.0, -1024.0));
         assert_eq!((little.storage, little.grid.dimensions()), (Storage::U16, [4, 3, 2]));
         assert_eq!((little.big_endian, big.big_endian), (false, true));
-        assert_eq!(Header { big_endian: false, ..big }, little);
-        assert_eq!(little.file_bytes(), 400 + 4 * 3 * 2 * 2);
+        assert_eq!(Array { big_endian: false, ..big }, little);
+        assert_eq!(little.bytes(), 4 * 3 * 2 * 2);
     }
 
     #[test]
@@ -132,7 +126,7 @@ mod tests {
         for slope in [0.0, f32::NAN] {
             let mut file = TestFile::new(false, [4, 3, 2], 4);
             file.put_f32(112, slope).put_f32(116, 7.0);
-            let header = parse(&file).unwrap();
+            let header = read(&file).unwrap();
             assert_eq!((header.slope, header.intercept), (1.0, 0.0));
         }
     }
@@ -141,9 +135,9 @@ mod tests {
     fn one_volume_in_four_dimensions_is_one_volume() {
         let mut file = TestFile::new(false, [4, 3, 2], 4);
         file.put_i16(40, 4).put_i16(48, 1);
-        assert_eq!(parse(&file).unwrap().grid.dimensions(), [4, 3, 2]);
+        assert_eq!(read(&file).unwrap().grid.dimensions(), [4, 3, 2]);
         file.put_i16(48, 5);
-        assert!(parse(&file).unwrap_err().contains("one volume"));
+        assert!(read(&file).unwrap_err().contains("one volume"));
     }
 
     #[test]
@@ -165,7 +159,7 @@ mod tests {
         for (word, damage) in cases {
             let mut file = TestFile::new(false, [4, 3, 2], 4);
             damage(&mut file);
-            let message = parse(&file).unwrap_err();
+            let message = read(&file).unwrap_err();
             assert!(message.contains(word), "{word}: {message}");
         }
     }

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use flate2::{Compression, write::GzEncoder};
 
 /// A file in memory: a header with the affine diag(−1, 2, 3) in sform (RAS), then voxels.
-pub(super) struct TestFile {
+pub(in crate::formats) struct TestFile {
     big: bool,
-    pub(super) bytes: Vec<u8>,
+    pub(in crate::formats) bytes: Vec<u8>,
 }
 
 impl TestFile {
-    pub(super) fn new(big: bool, dimensions: [i16; 3], datatype: i16) -> Self {
+    pub(in crate::formats) fn new(big: bool, dimensions: [i16; 3], datatype: i16) -> Self {
         let mut file = Self { big, bytes: vec![0; 352] };
         let size = if big { 348_i32.to_be_bytes() } else { 348_i32.to_le_bytes() };
         file.bytes[..4].copy_from_slice(&size);
@@ -25,20 +25,23 @@ impl TestFile {
     }
 
     /// Sets a header field; offsets are those of the standard.
-    pub(super) fn put_i16(&mut self, offset: usize, value: i16) -> &mut Self {
+    pub(in crate::formats) fn put_i16(&mut self, offset: usize, value: i16) -> &mut Self {
         let bytes = if self.big { value.to_be_bytes() } else { value.to_le_bytes() };
         self.bytes[offset..offset + 2].copy_from_slice(&bytes);
         self
     }
 
-    pub(super) fn put_f32(&mut self, offset: usize, value: f32) -> &mut Self {
+    pub(in crate::formats) fn put_f32(&mut self, offset: usize, value: f32) -> &mut Self {
         let bytes = if self.big { value.to_be_bytes() } else { value.to_le_bytes() };
         self.bytes[offset..offset + 4].copy_from_slice(&bytes);
         self
     }
 
     /// Appends voxels, given as the little-endian bytes of one number each.
-    pub(super) fn voxels<const N: usize>(&mut self, voxels: impl IntoIterator<Item = [u8; N]>) -> &mut Self {
+    pub(in crate::formats) fn voxels<const N: usize>(
+        &mut self,
+        voxels: impl IntoIterator<Item = [u8; N]>,
+    ) -> &mut Self {
         for mut voxel in voxels {
             if self.big {
                 voxel.reverse();
@@ -48,14 +51,14 @@ impl TestFile {
         self
     }
 
-    pub(super) fn gzip(&self) -> Vec<u8> {
+    pub(in crate::formats) fn gzip(&self) -> Vec<u8> {
         let mut encoder = GzEncoder::new(vec![], Compression::fast());
         std::io::Write::write_all(&mut encoder, &self.bytes).unwrap();
         encoder.finish().unwrap()
     }
 
     /// Writes `bytes` to a file that lives as long as the folder that is returned with its path.
-    pub(super) fn save(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
+    pub(in crate::formats) fn save(name: &str, bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);
         std::fs::write(&path, bytes).unwrap();

@@ -25,7 +25,7 @@ fn demo() -> PathBuf {
     root().join("objc-demo")
 }
 
-/// An Objective-C compiler with GNUstep, and make.
+/// An Objective-C compiler with a Foundation, and make.
 #[derive(Clone)]
 struct Make {
     compiler: &'static str,
@@ -154,6 +154,19 @@ fn nothing_is_left(make: &Make) -> Result<(), Failed> {
     finds_in(run("handle"), "LeakSanitizer: detected memory leaks")
 }
 
+/// The kernels of the screen, as host code, compute what the pictures have.
+fn kernels_compute(make: &Make) -> Result<(), Failed> {
+    let ours = |name: &str| beside_this_file("objc_demo").join(name);
+    let object = scratch().join("objc-demo-kernels.o");
+    let mut compiler = Command::new("clang++");
+    // [[buffer(0)]]
+    compiler.args(["-std=c++14", "-Wall", "-Wextra", "-Werror", "-Wno-unknown-attributes", "-isystem"]);
+    run(compiler.arg(ours("host")).arg("-c").arg(ours("kernels.cpp")).arg("-o").arg(&object))?;
+    let sources = format!("command={} {}", ours("kernels.m").display(), object.display());
+    let program = make.build("kernels", &[sources])?;
+    run(&mut launch(&program)).map(|_| ())
+}
+
 pub(super) fn trials() -> Vec<Trial> {
     let mut trials = sources::trials();
     if cfg!(target_vendor = "apple") {
@@ -170,7 +183,8 @@ pub(super) fn trials() -> Vec<Trial> {
     let reading =
         if cfg!(feature = "formats") { sanitizing.clone() } else { Err("no readers of files".to_owned()) };
     trials.push(needing("objc_demo::ct_sanitized", reading, |make| of_a_ct(&make)));
-    trials.push(needing("objc_demo::bad_arguments", clang, |make| bad_arguments(&make)));
+    trials.push(needing("objc_demo::bad_arguments", clang.clone(), |make| bad_arguments(&make)));
+    trials.push(needing("objc_demo::kernels_compute", clang, |make| kernels_compute(&make)));
     trials.push(needing("objc_demo::nothing_is_left", sanitizing, |make| nothing_is_left(&make)));
     trials
 }

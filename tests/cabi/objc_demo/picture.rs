@@ -78,10 +78,10 @@ impl Picture {
     /// The CT: seen from the front with the head up, the heart is to the right, in both views.
     pub(super) fn is_a_real_chest(&self, side: usize) -> Result<(), Failed> {
         self.is_a_chest(side, [0.3, 0.65], 0.35)?;
-        let heart = |view| self.around(view, 0.58, 0.48) - self.around(view, 0.38, 0.42);
-        if heart(0) > 5000.0 && heart(1) > 5000.0 {
+        let heart = |view| self.around(view, 0.62, 0.48) - self.around(view, 0.38, 0.48);
+        if heart(0) > 8000.0 && heart(1) > 8000.0 {
             return Ok(());
         }
-        Err(format!("heart against right lung: {}, {}", heart(0), heart(1)).into())
+        Err(format!("heart against its mirror image: {}, {}", heart(0), heart(1)).into())
     }
 }

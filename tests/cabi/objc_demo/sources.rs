@@ -1,5 +1,6 @@
 //! The demo's sources as arm64 macOS would compile them, against stand-ins for Apple's headers, and what its README shows.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -12,28 +13,37 @@ use crate::toolchain::{Compiler, run, scratch};
 
 /// Clang for arm64 macOS, with no headers but its own, ours and the stand-ins.
 #[derive(Clone)]
-struct Clang;
+struct Clang {
+    options: Vec<OsString>,
+}
 
 const ARC: &str = "-fobjc-arc";
 const NO_ARC: &str = "-fno-objc-arc";
 
 impl Clang {
     fn find() -> Result<Self, String> {
+        let mut options: Vec<OsString> =
+            ["-target", "arm64-apple-macos13", "-nostdlibinc", "-fsyntax-only", "-std=gnu11"]
+                .map(OsString::from)
+                .into();
+        options.extend(["-Wall", "-Wextra", "-Werror"].map(OsString::from));
+        let stand_ins = root().join("tests/support/apple");
+        let headers = [stand_ins.clone(), stand_ins.join("libc")];
+        options.extend(headers.into_iter().flat_map(|folder| ["-isystem".into(), folder.into()]));
+        let ours = [root().join("include"), demo().join("Core/include"), demo().join("Metal/include")];
+        options.extend(ours.into_iter().flat_map(|folder| ["-I".into(), folder.into()]));
+        let clang = Self { options };
+
         let path = scratch().join("trivial.m");
         std::fs::write(&path, "#import <Foundation/Foundation.h>\n").map_err(|error| error.to_string())?;
-        Self.check(&path, ARC).map(|()| Self).map_err(|_| "no clang for arm64 macOS".to_owned())
+        match clang.check(&path, ARC) {
+            Ok(()) => Ok(clang),
+            Err(_) => Err("no clang for arm64 macOS".to_owned()),
+        }
     }
 
     fn check(&self, source: &Path, arc: &str) -> Result<(), Failed> {
-        let stand_ins = root().join("tests/support/apple");
-        let mut command = Command::new("clang");
-        command.args(["-target", "arm64-apple-macos13", "-nostdlibinc", "-fsyntax-only", "-std=gnu11", arc]);
-        command.args(["-Wall", "-Wextra", "-Werror", "-isystem"]).arg(&stand_ins);
-        command.arg("-isystem").arg(stand_ins.join("libc")).arg("-I").arg(root().join("include"));
-        for folder in ["Core/include", "Metal/include"] {
-            command.arg("-I").arg(demo().join(folder));
-        }
-        run(command.arg(source)).map(|_| ())
+        run(Command::new("clang").args(&self.options).arg(arc).arg(source)).map(|_| ())
     }
 }
 
@@ -140,6 +150,6 @@ pub(super) fn trials() -> Vec<Trial> {
         needing("objc_demo::mistakes_are_found", clang.clone(), |clang| mistakes_are_found(&clang)),
         needing("objc_demo::readme_compiles", clang, |clang| readme_compiles(&clang)),
         Trial::test("objc_demo::readme_names_what_exists", readme_names_what_exists),
-        needing("objc_demo::kernels", Compiler::metal_stand_in(), |metal| kernels_compile(&metal)),
+        needing("objc_demo::kernels_for_metal", Compiler::metal_stand_in(), |metal| kernels_compile(&metal)),
     ]
 }

@@ -1,5 +1,7 @@
 #![no_main]
 
+#[path = "../../hostile_input/ct.rs"]
+mod ct;
 #[path = "../../hostile_input/file.rs"]
 mod file;
 #[path = "../../hostile_input/nifti.rs"]

@@ -11,8 +11,8 @@ use drr::engine::{Backend, Layers, SILENT};
 use rayon::prelude::*;
 
 use crate::console::Console;
+use crate::job::Job;
 use crate::output::Rendered;
-use crate::project::Job;
 use crate::times::median;
 use crate::value::seconds;
 

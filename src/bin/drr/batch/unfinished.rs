@@ -5,7 +5,6 @@ use std::ffi::OsString;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail};
-use drr::formats::read_exr_metadata;
 
 use crate::batch::Batch;
 use crate::batch::made_of::differing;
@@ -26,22 +25,30 @@ pub(super) fn unfinished(batch: &Batch<'_>) -> Result<Vec<usize>> {
     Ok(rows)
 }
 
+/// Whether all files of a row are there; each that is there was made of what the row asks for.
 fn is_finished(batch: &Batch<'_>, row: usize) -> Result<bool> {
+    let output = batch.job.output;
     let view = batch.job.views.named(row);
-    let path = batch.job.output.exr(&view);
-    if !path.exists() {
-        return Ok(false);
+    let at = || format!("--output {}", output.folder().display());
+    let own = output.metadata.of(&view);
+    let mut finished = true;
+    for (format, path) in output.files(&view) {
+        if !path.exists() {
+            finished = false;
+            continue;
+        }
+        let there: BTreeMap<_, _> = format.metadata(&path).with_context(at)?.into_iter().collect();
+        if let Some((name, value)) = own.iter().find(|(name, value)| there.get(name) != Some(value)) {
+            let plain = name.trim_start_matches(PREFIX);
+            let differing = differing(plain, there.get(name), value, &format!("in row {row} of --views"));
+            bail!(
+                "--output: {} has {differing}; valid: another folder, or without that file",
+                path.display()
+            );
+        }
     }
-    let at = || format!("--output {}", batch.job.output.folder().display());
-    let there: BTreeMap<_, _> = read_exr_metadata(&path).with_context(at)?.into_iter().collect();
-    let own = batch.job.output.metadata.of(&view);
-    if let Some((name, value)) = own.iter().find(|(name, value)| there.get(name) != Some(value)) {
-        let plain = name.trim_start_matches(PREFIX);
-        let differing = differing(plain, there.get(name), value, &format!("in row {row} of --views"));
-        bail!("--output: {} has {differing}; valid: another folder, or without that file", path.display());
-    }
-    // Raw layers are written before it, but may not have been asked for then.
-    Ok(batch.job.output.raw(&view, batch.is_reference()).iter().all(|path| path.exists()))
+    // Raw layers are written before the others, but may not have been asked for then.
+    Ok(finished && output.raw(&view, batch.is_reference()).iter().all(|path| path.exists()))
 }
 
 /// Removes what a process that was killed had begun of these rows, which nobody else makes.
@@ -50,7 +57,7 @@ fn remove_begun(batch: &Batch<'_>, rows: &[usize]) -> Result<()> {
     let files = |&row: &usize| {
         let view = batch.job.views.named(row);
         let mut files = batch.job.output.raw(&view, batch.is_reference());
-        files.push(batch.job.output.exr(&view));
+        files.extend(batch.job.output.files(&view).into_iter().map(|(_, path)| path));
         files.into_iter().filter_map(|path| file_name(&path))
     };
     let expected: HashSet<_> = rows.iter().flat_map(files).collect();

@@ -183,7 +183,7 @@ fn load(setup: &Setup<'_>, runs: u32, console: Console) -> Result<(Arc<Volume>, 
     let mut volume = setup.load(console)?.volume;
     for _ in 0..runs {
         drop(volume);
-        let loaded = setup.load(console)?;
+        let loaded = setup.load(console.without_text(true))?;
         load.all.push(loaded.reading.as_secs_f64());
         classify.all.push(loaded.classifying.as_secs_f64());
         volume = loaded.volume;

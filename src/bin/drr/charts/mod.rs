@@ -23,6 +23,7 @@ mod nearest;
 mod plot;
 mod shapes;
 mod sides;
+mod thinned;
 
 pub(crate) use bars::{Bar, Bars};
 pub(crate) use before_after::{BeforeAfter, Compared};
@@ -35,6 +36,7 @@ pub(crate) use drawing::Drawing;
 pub(crate) use growth::{Growth, GrowthSheet};
 pub(crate) use nearest::nearest;
 pub(crate) use sides::{mark_sides, mark_views};
+pub(crate) use thinned::thinned;
 
 #[cfg(test)]
 mod tests;

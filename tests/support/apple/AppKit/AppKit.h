@@ -31,12 +31,18 @@ typedef NS_ENUM(NSInteger, NSLayoutAttribute) { NSLayoutAttributeLeading = 5 };
 typedef NSInteger NSControlStateValue;
 static const NSControlStateValue NSControlStateValueOn = 1;
 
+typedef NS_ENUM(NSInteger, NSStackViewDistribution) { NSStackViewDistributionFill = 0 };
+typedef NS_ENUM(NSInteger, NSViewLayerContentsRedrawPolicy) { NSViewLayerContentsRedrawNever = 0 };
+typedef NS_ENUM(NSInteger, NSViewLayerContentsPlacement) { NSViewLayerContentsPlacementScaleProportionallyToFit = 1 };
+
 @interface NSLayoutConstraint : NSObject
 @property (getter=isActive) BOOL active;
 @end
 
 @interface NSLayoutDimension : NSObject
 - (NSLayoutConstraint *)constraintEqualToConstant:(CGFloat)constant;
+- (NSLayoutConstraint *)constraintEqualToAnchor:(NSLayoutDimension *)anchor;
+- (NSLayoutConstraint *)constraintGreaterThanOrEqualToConstant:(CGFloat)constant;
 @end
 
 @interface NSResponder : NSObject
@@ -44,14 +50,18 @@ static const NSControlStateValue NSControlStateValueOn = 1;
 
 @interface NSView : NSResponder
 @property BOOL wantsLayer;
-@property (nullable, strong) CALayer *layer;
 @property (nullable, copy) NSString *toolTip;
 @property (readonly, strong) NSLayoutDimension *widthAnchor;
+@property (readonly, strong) NSLayoutDimension *heightAnchor;
+@property NSViewLayerContentsRedrawPolicy layerContentsRedrawPolicy;
+@property NSViewLayerContentsPlacement layerContentsPlacement;
+- (CALayer *)makeBackingLayer;
 - (instancetype)initWithFrame:(NSRect)frame;
 @end
 
 @interface NSStackView : NSView
 @property NSUserInterfaceLayoutOrientation orientation;
+@property NSStackViewDistribution distribution;
 @property NSLayoutAttribute alignment;
 @property NSEdgeInsets edgeInsets;
 + (instancetype)stackViewWithViews:(NSArray<NSView *> *)views;
@@ -60,7 +70,6 @@ static const NSControlStateValue NSControlStateValueOn = 1;
 
 @interface NSControl : NSView
 @property double doubleValue;
-@property NSInteger integerValue;
 @property (copy) NSString *stringValue;
 @property (getter=isContinuous) BOOL continuous;
 @end

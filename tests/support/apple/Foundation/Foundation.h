@@ -22,6 +22,7 @@ typedef struct _NSZone NSZone;
 #define NS_ENUM(type, name) enum name : type name; enum name : type
 #define NS_OPTIONS(type, name) enum __attribute__((flag_enum)) name : type name; enum __attribute__((flag_enum)) name : type
 
+#define MAX(a, b) ((a) > (b) ? (a) : (b))
 static const NSUInteger NSNotFound = 0x7fffffffffffffff;
 typedef struct _NSRange {
     NSUInteger location, length;

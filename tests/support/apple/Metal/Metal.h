@@ -17,6 +17,9 @@ typedef struct {
 static inline MTLSize MTLSizeMake(NSUInteger width, NSUInteger height, NSUInteger depth) {
     return (MTLSize){width, height, depth};
 }
+static inline MTLRegion MTLRegionMake2D(NSUInteger x, NSUInteger y, NSUInteger width, NSUInteger height) {
+    return (MTLRegion){{x, y, 0}, {width, height, 1}};
+}
 static inline MTLRegion MTLRegionMake3D(NSUInteger x, NSUInteger y, NSUInteger z, NSUInteger width, NSUInteger height,
                                         NSUInteger depth) {
     return (MTLRegion){{x, y, z}, {width, height, depth}};
@@ -59,6 +62,10 @@ typedef struct {
             withBytes:(const void *)pixelBytes
           bytesPerRow:(NSUInteger)bytesPerRow
         bytesPerImage:(NSUInteger)bytesPerImage;
+- (void)getBytes:(void *)pixelBytes
+     bytesPerRow:(NSUInteger)bytesPerRow
+      fromRegion:(MTLRegion)region
+     mipmapLevel:(NSUInteger)level;
 @end
 
 @interface MTLTextureDescriptor : NSObject
@@ -67,6 +74,10 @@ typedef struct {
 @property (readwrite, nonatomic) NSUInteger width, height, depth;
 @property (readwrite, nonatomic) MTLStorageMode storageMode;
 @property (readwrite, nonatomic) MTLTextureUsage usage;
++ (MTLTextureDescriptor *)texture2DDescriptorWithPixelFormat:(MTLPixelFormat)pixelFormat
+                                                       width:(NSUInteger)width
+                                                      height:(NSUInteger)height
+                                                   mipmapped:(BOOL)mipmapped;
 @end
 
 @protocol MTLFunction <NSObject>

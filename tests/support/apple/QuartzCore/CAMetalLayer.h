@@ -4,11 +4,7 @@
 
 NS_ASSUME_NONNULL_BEGIN
 
-typedef NSString *CALayerContentsGravity;
-extern CALayerContentsGravity const kCAGravityResizeAspect;
-
 @interface CALayer : NSObject
-@property (copy) CALayerContentsGravity contentsGravity;
 + (instancetype)layer;
 @end
 

@@ -1,41 +1,42 @@
-//! Labels from a NIfTI file.
+//! Labels from a file that is one array.
 
 use std::path::Path;
 
 use glam::DVec3;
 
-use super::volume::Volume;
+use super::open;
+use super::volume::StoredVolume;
 use crate::allocation::grow;
 use crate::error::Result;
-use crate::formats::{Checked, LabelReader, file_error};
+use crate::formats::{Checked, LabelReader, file_error, nifti};
 use crate::geometry::Grid;
 
-/// Labels in NIfTI-1, compressed or not; stored as any type, as long as every value is one of 0, 1, …, 255.
+/// Labels in NIfTI-1, MetaImage or NRRD, compressed or not; stored as any type, as long as every value is one of 0, 1, …, 255.
 #[derive(Debug)]
-pub struct NiftiLabels {
-    volume: Volume,
+pub struct StoredLabels {
+    volume: StoredVolume,
 }
 
-impl NiftiLabels {
+impl StoredLabels {
     /// Opens a file whose voxels must be those of the CT.
     pub fn open(path: &Path, ct: &Grid) -> Result<Self> {
-        Self::new(Volume::open(path)?, ct)
+        Self::new(open::volume(path)?, ct)
     }
 
-    /// Opens a file that is part of the program; `name` stands for the path in messages.
-    pub fn from_bytes(name: &str, bytes: &'static [u8], ct: &Grid) -> Result<Self> {
-        Self::new(Volume::from_bytes(name, bytes)?, ct)
+    /// Opens a NIfTI file that is part of the program; `name` stands for the path in messages.
+    pub fn from_nifti(name: &str, bytes: &'static [u8], ct: &Grid) -> Result<Self> {
+        Self::new(nifti::from_bytes(name, bytes)?, ct)
     }
 
-    fn new(volume: Volume, ct: &Grid) -> Result<Self> {
-        check_same_voxels(&volume.header.grid, ct).map_err(|reason| file_error(volume.path(), reason))?;
+    fn new(volume: StoredVolume, ct: &Grid) -> Result<Self> {
+        check_same_voxels(&volume.array.grid, ct).map_err(|reason| file_error(volume.path(), reason))?;
         Ok(Self { volume })
     }
 }
 
-impl LabelReader for NiftiLabels {
+impl LabelReader for StoredLabels {
     fn grid(&self) -> &Grid {
-        &self.volume.header.grid
+        &self.volume.array.grid
     }
 
     fn read(&mut self, consume: &mut dyn FnMut(usize, &[u8]) -> Result<()>) -> Result<()> {
@@ -96,8 +97,8 @@ fn check_same_voxels(labels: &Grid, ct: &Grid) -> Checked<()> {
 mod tests {
     use glam::DAffine3;
 
-    use super::super::test_file::TestFile;
     use super::*;
+    use crate::formats::nifti::TestFile;
     use crate::formats::open_labels;
 
     fn ct_grid(dimensions: [usize; 3]) -> Grid {

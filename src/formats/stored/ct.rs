@@ -1,32 +1,35 @@
-//! HU from a NIfTI file.
+//! HU from a file that is one array.
 
 use std::path::Path;
 
-use super::volume::Volume;
+use super::open;
+use super::volume::StoredVolume;
 use crate::allocation::grow;
 use crate::error::Result;
-use crate::formats::{CtHeader, CtReader, Slice, VoxelKind, file_error};
+use crate::formats::{CtHeader, CtReader, Slice, VoxelKind, file_error, nifti};
 
-/// A CT in NIfTI-1, compressed or not: any integer or float type, either byte order.
+/// A CT that is one array: NIfTI-1, MetaImage or NRRD, compressed or not, of any integer or float type, in either byte
+/// order.
 #[derive(Debug)]
-pub struct NiftiCt {
-    volume: Volume,
+pub struct StoredCt {
+    volume: StoredVolume,
     header: CtHeader,
 }
 
-impl NiftiCt {
-    /// Opens a file. Integers that might not fit an int16 by their type and scaling are read once to see.
+impl StoredCt {
+    /// Opens a file, whose name says what it is. Integers that might not fit an int16 by their type and scaling are read
+    /// once to see.
     pub fn open(path: &Path) -> Result<Self> {
-        Self::new(Volume::open(path)?)
+        Self::new(open::volume(path)?)
     }
 
-    /// Opens a file that is part of the program; `name` stands for the path in messages.
-    pub fn from_bytes(name: &str, bytes: &'static [u8]) -> Result<Self> {
-        Self::new(Volume::from_bytes(name, bytes)?)
+    /// Opens a NIfTI file that is part of the program; `name` stands for the path in messages.
+    pub fn from_nifti(name: &str, bytes: &'static [u8]) -> Result<Self> {
+        Self::new(nifti::from_bytes(name, bytes)?)
     }
 
-    fn new(volume: Volume) -> Result<Self> {
-        let header = CtHeader { grid: volume.header.grid, voxels: voxel_kind(&volume)? };
+    fn new(volume: StoredVolume) -> Result<Self> {
+        let header = CtHeader { grid: volume.array.grid, voxels: voxel_kind(&volume)? };
         Ok(Self { volume, header })
     }
 
@@ -83,7 +86,7 @@ impl NiftiCt {
     }
 }
 
-impl CtReader for NiftiCt {
+impl CtReader for StoredCt {
     fn header(&self) -> &CtHeader {
         &self.header
     }
@@ -97,14 +100,14 @@ impl CtReader for NiftiCt {
 }
 
 /// Int16 when every HU is whole and fits, by the type's range where that suffices, otherwise by looking.
-fn voxel_kind(volume: &Volume) -> Result<VoxelKind> {
-    let header = &volume.header;
-    let Some(range) = header.storage.integer_range() else { return Ok(VoxelKind::Float32) };
-    if header.slope.fract() != 0.0 || header.intercept.fract() != 0.0 {
+fn voxel_kind(volume: &StoredVolume) -> Result<VoxelKind> {
+    let array = &volume.array;
+    let Some(range) = array.storage.integer_range() else { return Ok(VoxelKind::Float32) };
+    if array.slope.fract() != 0.0 || array.intercept.fract() != 0.0 {
         return Ok(VoxelKind::Float32);
     }
     let fits = |value: f64| (f64::from(i16::MIN)..=f64::from(i16::MAX)).contains(&value);
-    if range.iter().all(|&stored| fits(header.slope * stored + header.intercept)) {
+    if range.iter().all(|&stored| fits(array.slope * stored + array.intercept)) {
         return Ok(VoxelKind::Int16);
     }
     let mut slices = volume.slices()?;
@@ -122,23 +125,15 @@ fn voxel_kind(volume: &Volume) -> Result<VoxelKind> {
 mod tests {
     use glam::DVec3;
 
-    use super::super::test_file::TestFile;
     use super::*;
-    use crate::formats::open_ct;
+    use crate::formats::nifti::TestFile;
+    use crate::formats::{open_ct, test_volume};
 
     /// The voxels, all slices one after the other, and their kind.
     fn read(bytes: &[u8]) -> Result<(VoxelKind, Vec<f64>)> {
         let (_folder, path) = TestFile::save("ct.nii", bytes);
-        let mut ct = open_ct(&path, None)?;
-        let mut values = vec![];
-        ct.read(&mut |_, slice| {
-            match slice {
-                Slice::Int16(voxels) => values.extend(voxels.iter().map(|&v| f64::from(v))),
-                Slice::Float32(voxels) => values.extend(voxels.iter().map(|&v| f64::from(v))),
-            }
-            Ok(())
-        })?;
-        Ok((ct.header().voxels, values))
+        let (_, kind, values) = test_volume::read(&path)?;
+        Ok((kind, values))
     }
 
     #[test]
@@ -200,7 +195,7 @@ mod tests {
         file.voxels(values.map(f64::to_le_bytes));
         let (_folder, path) = TestFile::save("ct.nii", &file.bytes);
         let mut slices = vec![];
-        let result = NiftiCt::open(&path).unwrap().read(&mut |k, _| {
+        let result = StoredCt::open(&path).unwrap().read(&mut |k, _| {
             slices.push(k);
             Ok(())
         });
@@ -269,14 +264,14 @@ mod tests {
     fn embedded_bytes_are_read_like_a_file() {
         let mut file = TestFile::new(false, [2, 1, 1], 4);
         file.voxels([[3, 0], [4, 0]]);
-        let mut ct = NiftiCt::from_bytes("embedded", file.gzip().leak()).unwrap();
+        let mut ct = StoredCt::from_nifti("embedded", file.gzip().leak()).unwrap();
         ct.read(&mut |_, slice| {
             assert_eq!(slice, Slice::Int16(&[3, 4]));
             Ok(())
         })
         .unwrap();
         assert!(
-            NiftiCt::from_bytes("embedded", b"nonsense").unwrap_err().to_string().starts_with("embedded: ")
+            StoredCt::from_nifti("embedded", b"nonsense").unwrap_err().to_string().starts_with("embedded: ")
         );
     }
 
@@ -284,7 +279,7 @@ mod tests {
     fn an_error_of_the_consumer_ends_the_reading() {
         let mut file = TestFile::new(false, [1, 1, 9], 2);
         file.voxels([[0]; 9]);
-        let mut ct = NiftiCt::from_bytes("embedded", file.gzip().leak()).unwrap();
+        let mut ct = StoredCt::from_nifti("embedded", file.gzip().leak()).unwrap();
         let mut count = 0;
         let result = ct.read(&mut |_, _| {
             count += 1;

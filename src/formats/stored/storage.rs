@@ -1,10 +1,8 @@
-//! How a NIfTI file stores numbers.
-
-use crate::formats::Checked;
+//! How files store numbers.
 
 /// The type of the stored numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Storage {
+pub(in crate::formats) enum Storage {
     U8,
     I8,
     U16,
@@ -18,29 +16,8 @@ pub(super) enum Storage {
 }
 
 impl Storage {
-    /// From the header's `datatype`.
-    pub(super) fn from_datatype(code: i16) -> Checked<Self> {
-        Ok(match code {
-            2 => Self::U8,
-            4 => Self::I16,
-            8 => Self::I32,
-            16 => Self::F32,
-            64 => Self::F64,
-            256 => Self::I8,
-            512 => Self::U16,
-            768 => Self::U32,
-            1024 => Self::I64,
-            1280 => Self::U64,
-            _ => {
-                return Err(format!(
-                    "datatype is {code}; valid: 2, 4, 8, 256, 512, 768, 1024, 1280 (integers), 16, 64 (floats)"
-                ));
-            }
-        })
-    }
-
     /// Bytes of one number.
-    pub(super) fn bytes(self) -> usize {
+    pub(in crate::formats) fn bytes(self) -> usize {
         match self {
             Self::U8 | Self::I8 => 1,
             Self::U16 | Self::I16 => 2,
@@ -50,7 +27,7 @@ impl Storage {
     }
 
     /// Smallest and largest number of an integer type.
-    pub(super) fn integer_range(self) -> Option<[f64; 2]> {
+    pub(in crate::formats) fn integer_range(self) -> Option<[f64; 2]> {
         Some(match self {
             Self::U8 => [0.0, f64::from(u8::MAX)],
             Self::I8 => [f64::from(i8::MIN), f64::from(i8::MAX)],
@@ -69,7 +46,7 @@ impl Storage {
         clippy::cast_lossless,
         reason = "one text for all types; 64-bit integers have no lossless conversion"
     )]
-    pub(super) fn decode(self, big_endian: bool, bytes: &[u8], mut each: impl FnMut(f64)) {
+    pub(in crate::formats) fn decode(self, big_endian: bool, bytes: &[u8], mut each: impl FnMut(f64)) {
         macro_rules! decode {
             ($number:ty) => {
                 for &bytes in bytes.as_chunks().0 {
