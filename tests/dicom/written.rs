@@ -84,7 +84,11 @@ fn every_byte_order_says_the_same() -> Result<(), Failed> {
         }
         check_field(&open(folder.path())?)?;
     }
-    Ok(())
+    let mut bytes = AXIAL.slice(DVec3::ZERO);
+    bytes.word(tags::BITS_ALLOCATED, 8).word(tags::BITS_STORED, 8).word(tags::HIGH_BIT, 7);
+    let folder = tempfile::tempdir()?;
+    bytes.save(&folder.path().join("0"), big);
+    refused(folder.path(), &["BitsAllocated", "is 8 in big endian"])
 }
 
 fn a_tilted_gantry_shears_the_grid() -> Result<(), Failed> {

@@ -11,6 +11,7 @@ use super::file::Container;
 use super::fragments::PixelData;
 use super::plane::Plane;
 use super::stored::Stored;
+use super::syntax::Codec;
 use crate::formats::Checked;
 
 /// Longest side of an image. Also bounds what a damaged header can ask for.
@@ -106,6 +107,13 @@ impl Object {
         let size = [columns?, rows?];
         check_grey(root)?;
         let stored = Stored::from_attributes(root)?;
+        if stored.allocated == 8 && container.syntax.codec == (Codec::Native { big_endian: true }) {
+            // Whether they are swapped in pairs depends on their VR (part 5, A.3), which files have wrong.
+            return Err(format!(
+                "{} is 8 in big endian, where pixels may be swapped; valid: 16; convert it, for example with: gdcmconv --raw",
+                name(tags::BITS_ALLOCATED)
+            ));
+        }
         let count = frame_count(root)?;
         let frames = (0..count).map(|frame| Frame::new(root, frame)).collect::<Checked<Vec<_>>>()?;
         let kinds = [
